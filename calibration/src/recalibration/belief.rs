@@ -16,9 +16,9 @@ const TOGETHER: f32 = 0.7 * 0.25;
 /// Deviations by which the position must gain where every window draws them anew. Derived from the normal tail: one in three
 /// million that does not.
 const WANTED_RANDOM: f32 = 5.0;
-/// The same where they are drawn once, for a courier and what happens to it. Derived from the normal tail: one in 14,000, for
-/// eight groups of amounts in a thousand couriers and half as many again.
-const WANTED_ONCE: f32 = 3.8;
+/// The same where they are drawn once, for a courier and what happens to it. Derived from the normal tail: one in 3,000, for
+/// both axes in a thousand couriers and half as many again.
+const WANTED_ONCE: f32 = 3.4;
 
 /// Unknowns: what the calibration left of each amount, and what has changed since.
 const BOTH: usize = 2 * AMOUNTS;
@@ -39,8 +39,6 @@ pub struct Belief {
     amended_m: Amounts,
     /// Prior deviation of a change, metres.
     changed_m: f32,
-    /// Variance that no number of windows averages out, over that which every window draws anew.
-    systematic: f32,
 }
 
 impl Belief {
@@ -53,7 +51,6 @@ impl Belief {
             changes_m: [0.0; AMOUNTS],
             amended_m: [0.0; AMOUNTS],
             changed_m: 0.0,
-            systematic: 0.0,
         }
     }
 
@@ -67,8 +64,7 @@ impl Belief {
 
     /// These changes come in force.
     pub fn amend(&mut self, changes_m: &Amounts) {
-        let amended = self.amended_m.iter_mut().zip(changes_m);
-        amended.for_each(|(all, of)| *all += of);
+        add(&mut self.amended_m, changes_m, 1.0);
     }
 
     /// By how much the calibration has been amended in all, metres rms.
@@ -102,8 +98,7 @@ impl Belief {
             // A prior that is too narrow for one change lets others take its part.
             self.changed_m = wanted_m;
         }
-        self.systematic = now * now * self.together(rows, &changes_m);
-        let now = now / sqrt(1.0 + self.systematic);
+        let now = now / sqrt(1.0 + now * now * self.together(rows, &changes_m));
         self.changes_m = self.solve_once(rows, [now, then], reference_m);
     }
 
@@ -171,25 +166,36 @@ impl Belief {
         let _ = self.rows.enter(&both, rhs);
     }
 
-    /// Deviations by which the position must gain.
-    pub fn wanted_gain(&self) -> f32 {
+    /// Deviations by which the position must gain by amounts. What every window draws anew is what these rows, which are to count as `now`
+    /// says, leave open by themselves.
+    pub fn wanted_gain(&self, rows: &Rows, now: f32, amounts_m: &Amounts) -> f32 {
+        let weighted_m = weighted(amounts_m, &AS_CALIBRATED);
+        let all = self.deviation(&weighted_m);
+        let anew = rows
+            .predict(&weighted_m)
+            .map_or(f32::INFINITY, |of| of.leverage);
+        let share = anew / (now * now * all * all);
+        // Not a number is all of it.
+        let share = if share < 1.0 { share } else { 1.0 };
         let [random, once] = [WANTED_RANDOM, WANTED_ONCE].map(|wanted| wanted * wanted);
-        sqrt((random + self.systematic * once) / (1.0 + self.systematic))
+        sqrt(once + share * (random - once))
     }
 
-    /// Deviations by which the mean square of the position's error becomes smaller by amounts of one group, on the motion that tells least.
+    /// Deviations by which the mean square of the position's error becomes smaller by amounts, on the motion that tells least.
+    #[inline(never)] // one copy in the images
     pub fn gain(&self, amounts_m: &Amounts) -> f32 {
-        let of = |agree| {
+        let mut least = f32::INFINITY;
+        for agree in [&AS_CALIBRATED, &ANY_ANGLE] {
             let weighted_m = weighted(amounts_m, agree);
-            let gain: f32 = amounts_m.iter().zip(&weighted_m).map(|(a, w)| a * w).sum();
-            gain / (2.0 * self.deviation(&weighted_m))
-        };
-        let (as_calibrated, any_angle) = (of(&AS_CALIBRATED), of(&ANY_ANGLE));
-        // Not a number is no gain.
-        as_calibrated.min(any_angle).max(0.0)
+            let gain = dot(amounts_m, &weighted_m) / (2.0 * self.deviation(&weighted_m));
+            // Not a number is no gain.
+            least = if gain < least { gain } else { least };
+        }
+        if least < f32::INFINITY { least } else { 0.0 }
     }
 
     /// Deviation of a functional of the changes.
+    #[inline(never)]
     pub fn deviation(&self, functional: &Amounts) -> f32 {
         let mut both = [0.0; BOTH];
         both[AMOUNTS..].copy_from_slice(functional);
@@ -200,7 +206,16 @@ impl Belief {
     }
 }
 
+/// Adds amounts, times a share.
+#[inline(never)] // one copy in the images
+pub fn add(sum: &mut Amounts, of: &Amounts, share: f32) {
+    sum.iter_mut()
+        .zip(of)
+        .for_each(|(sum, of)| *sum += share * of);
+}
+
 /// Sum of products.
+#[inline(never)]
 pub fn dot(a: &Amounts, b: &Amounts) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

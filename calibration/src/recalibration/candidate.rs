@@ -16,7 +16,7 @@ pub struct Proposal {
     pub moves_m: f32,
     /// Standard deviation of that, metres.
     pub deviation_m: f32,
-    /// The position's gain in the mean of squares, deviations: it is believed from five on, or from 3.8 where these are drawn once.
+    /// The position's gain in the mean of squares, deviations: it is believed from five on, or from 3.4 where these are drawn once.
     pub gain: f32,
     /// Evidence that it fits rows better that neither has seen, of what is wanted.
     pub evidence: f32,

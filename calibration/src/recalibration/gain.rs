@@ -16,6 +16,7 @@ pub const ANY_ANGLE: [f32; OWN_ORDERS.len()] = [0.0; OWN_ORDERS.len()];
 const A_SEGMENT: usize = AMOUNTS / 4;
 
 /// Eight times half the gradient of the mean squares of [`axes`]: the amounts weighted by what they do to the position.
+#[inline(never)] // one copy in the images
 pub fn weighted(amounts_m: &Amounts, agree: &[f32; OWN_ORDERS.len()]) -> Amounts {
     core::array::from_fn(|i| {
         let other = amounts_m
@@ -38,12 +39,8 @@ pub fn axes(amounts_m: &Amounts, weighted_m: &Amounts) -> [f32; 2] {
     axes
 }
 
-/// Groups of amounts that change the position together: an order of a pair.
-pub const GROUPS: usize = 2 * OWN_ORDERS.len();
-
-/// The amounts of one group alone.
-pub fn group(amounts_m: &Amounts, number: usize) -> Amounts {
-    let (axis, order) = (number % 2, number / 2);
+/// The amounts of one order of the pair along one axis alone: they change the position together.
+pub fn group(amounts_m: &Amounts, axis: usize, order: usize) -> Amounts {
     core::array::from_fn(|i| {
         let is_of = i / A_SEGMENT % 2 == axis && i % A_SEGMENT / 2 == order;
         if is_of { amounts_m[i] } else { 0.0 }

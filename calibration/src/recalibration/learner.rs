@@ -1,9 +1,10 @@
 //! The estimator of what has changed since the calibration, which forgets, and the tests of what it makes.
 
-use super::belief::{Belief, Rows, dot};
+use super::belief::{Belief, Rows, add, dot};
 use super::candidate::Proposal;
 use super::config::RecalibrationConfig;
-use super::gain::{AS_CALIBRATED, GROUPS, axes, group, weighted};
+use super::gain::{AS_CALIBRATED, axes, group, weighted};
+use crate::equations::OWN_ORDERS;
 use crate::math::sqrt;
 use crate::watch::{AMOUNTS, Amounts, Follower, Place, REFERENCE_WINDOWS, Whole};
 
@@ -22,6 +23,10 @@ const WANTED_EVIDENCE: f32 = 16.7;
 const MOST_EVIDENCE: f32 = 2.0 * WANTED_EVIDENCE;
 /// Smallest share of a change that is worth a write to flash. A prior: what is left then shrinks by a quarter at least with each write.
 const LEAST_STEP: f32 = 0.25;
+
+/// Of four amounts that are known to a deviation each, `1 - 2 (deviation / size)^2` are expected to be nearest to the truth (James and Stein
+/// 1961); their gain is half the size over the deviation.
+const EXPECTED: f32 = 0.5;
 
 /// By so much the courier must turn, square of the phases' difference between the segments of a pair, turns: half as far as the paper's
 /// calibrations do, whose angles are uniform within ±0.5°, so 0.25° over the root of three times the span over the pitch, 9.55. Where it turns
@@ -209,20 +214,31 @@ impl Learner {
         let then = sqrt(REFERENCE_WINDOWS * worth / (windows * scatter));
         self.belief.solve(&self.rows, [now, then], reference_m);
         let (mut chosen, mut least) = ([0.0; AMOUNTS], f32::INFINITY);
-        for number in 0..GROUPS {
-            let part = group(self.belief.changes_m(), number);
-            let gain = self.belief.gain(&part);
-            let step = step(gain, self.belief.wanted_gain());
+        for axis in 0..2 {
+            let along = self.along(axis);
+            let gain = self.belief.gain(&along);
+            let step = step(gain, self.belief.wanted_gain(&self.rows, now, &along));
             if step >= LEAST_STEP {
-                chosen
-                    .iter_mut()
-                    .zip(part)
-                    .for_each(|(all, of)| *all += step * of);
+                add(&mut chosen, &along, step);
                 least = least.min((2.0 - step) * gain);
             }
         }
         self.candidate_m = chosen;
         self.proposal = self.tell(least);
+    }
+
+    /// What is believed of the changes along one axis: of each order as much as is expected to help, by its own deviation.
+    fn along(&self, axis: usize) -> Amounts {
+        let mut along = [0.0; AMOUNTS];
+        for order in 0..OWN_ORDERS.len() {
+            let part = group(self.belief.changes_m(), axis, order);
+            let gain = self.belief.gain(&part);
+            let share = 1.0 - EXPECTED / (gain * gain);
+            if share > 0.0 {
+                add(&mut along, &part, share);
+            }
+        }
+        along
     }
 
     fn tell(&self, gain: f32) -> Proposal {

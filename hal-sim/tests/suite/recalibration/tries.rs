@@ -166,7 +166,7 @@ fn what_is_there_from_the_first_window_is_no_change_since_the_reference() {
 }
 
 /// First seed of the thousand tries: those before it were seen while the estimator was built.
-const FRESH: u64 = 10_000;
+const FRESH: u64 = 12_000;
 
 /// A quarter of the thousand, a program's thread each.
 fn quarter_of_a_thousand(number: u64) {
