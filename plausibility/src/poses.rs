@@ -107,13 +107,21 @@ impl Poses {
         })
     }
 
-    /// A response's weights, the axes that move, and its fit by them.
+    /// A response's weights, the axes that move, and its fit by them. Where the courier went along one line alone, axes do the same, and it is by
+    /// its own axis and the angle.
     fn fitted(&self, view: &View, response: usize) -> Option<(DVector<f64>, Vec<usize>, Fit)> {
         let weights = view.response(response, self.width)?;
         self.axis[response]?;
-        let axes: Vec<usize> = (0..3).filter(|k| self.moves(*k)).collect();
-        let regressors: Vec<DVector<f64>> = axes.iter().map(|k| self.unit(*k)).collect();
-        let fit = fit(&self.products.projected, &weights, &regressors);
+        let by = |axes: &[usize]| {
+            let regressors: Vec<DVector<f64>> = axes.iter().map(|k| self.unit(*k)).collect();
+            fit(&self.products.projected, &weights, &regressors)
+        };
+        let mut axes: Vec<usize> = (0..3).filter(|k| self.moves(*k)).collect();
+        let mut fit = by(&axes);
+        if fit.alone.iter().any(|alone| *alone <= 0.0) {
+            axes.retain(|axis| *axis == response || *axis == 2);
+            fit = by(&axes);
+        }
         Some((weights, axes, fit))
     }
 

@@ -110,26 +110,55 @@ fn matrix(group: &[usize], columns: &[Vec<f64>]) -> DMatrix<f64> {
 
 /// Of a symmetric matrix; zeros where there is none (nothing in it, or numbers that overflowed).
 fn pseudo_inverse(matrix: DMatrix<f64>, singular: f64) -> DMatrix<f64> {
-    let zeros = DMatrix::zeros(matrix.nrows(), matrix.ncols());
-    if matrix.is_empty() || matrix.iter().any(|v| !v.is_finite()) {
-        return zeros;
-    }
-    let Some(eigen) = matrix.try_symmetric_eigen(f64::EPSILON, MOST_STEPS) else {
-        return zeros;
-    };
-    let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
-    let inverse = eigen
-        .eigenvalues
-        .map(|v| if v > singular * largest { 1.0 / v } else { 0.0 });
-    &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose()
+    PseudoInverse::new(matrix, singular).matrix
 }
+
+/// The inverse of a symmetric matrix in the directions that it tells.
+struct PseudoInverse {
+    /// The inverse; zero in all other directions.
+    matrix: DMatrix<f64>,
+    /// For each row, its share of the directions that are not told, as a square.
+    untold: DVector<f64>,
+}
+
+impl PseudoInverse {
+    fn new(matrix: DMatrix<f64>, singular: f64) -> Self {
+        let size = matrix.nrows();
+        let nothing = Self {
+            matrix: DMatrix::zeros(size, size),
+            untold: DVector::from_element(size, 1.0),
+        };
+        if matrix.is_empty() || matrix.iter().any(|v| !v.is_finite()) {
+            return nothing;
+        }
+        let Some(eigen) = matrix.try_symmetric_eigen(f64::EPSILON, MOST_STEPS) else {
+            return nothing;
+        };
+        let least = singular * eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
+        let directions = &eigen.eigenvectors;
+        let of = |weight: &dyn Fn(f64) -> f64| {
+            directions
+                * DMatrix::from_diagonal(&eigen.eigenvalues.map(weight))
+                * directions.transpose()
+        };
+        Self {
+            matrix: of(&|v| if v > least { 1.0 / v } else { 0.0 }),
+            untold: of(&|v| if v > least { 0.0 } else { 1.0 }).diagonal(),
+        }
+    }
+}
+
+/// Regressors that differ in less than this share of their squares are one. Derived from 16 digits: products keep eight of what is left.
+const COLLINEAR_SHARE: f64 = 1.0e-8;
+/// A coefficient that has this share, or more, in directions that are not told is not told. A prior: a tenth of its amplitude.
+const UNTOLD_SHARE: f64 = 0.01;
 
 /// A least-squares fit of one combination of columns by others.
 #[derive(Clone, Debug)]
 pub(crate) struct Fit {
     /// Coefficients.
     pub coefficients: DVector<f64>,
-    /// How far each regressor moves by itself, rms, in its own unit: what no other regressor does as well.
+    /// How far each regressor moves by itself, rms, in its own unit: what no other regressor does as well; 0 where others do all of it.
     pub alone: Vec<f64>,
     /// What is left, rms.
     pub left: f64,
@@ -161,12 +190,15 @@ pub(crate) fn fit(
         product(&regressors[i], &regressors[j]) / scale[i] / scale[j]
     });
     let right = DVector::from_fn(count, |i, _| product(&regressors[i], response) / scale[i]);
-    let inverse = pseudo_inverse(normal, 1e-8);
+    let PseudoInverse {
+        matrix: inverse,
+        untold,
+    } = PseudoInverse::new(normal, COLLINEAR_SHARE);
     let scaled = &inverse * &right;
     let left = (was - scaled.dot(&right)).max(0.0).sqrt();
     let alone = (0..count).map(|i| {
         let spread = inverse[(i, i)];
-        if spread > 0.0 {
+        if spread > 0.0 && untold[i] < UNTOLD_SHARE {
             scale[i] / spread.sqrt()
         } else {
             0.0

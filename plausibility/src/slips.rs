@@ -5,6 +5,7 @@
 //! the scale at which both move: nothing is presumed of its unit, sign or axes.
 
 use crate::readings::Readings;
+use std::collections::HashMap;
 
 /// More steps of whole teeth than this are no slips of a counter: then the rows are simply far apart.
 const MOST_SLIPS: usize = 12;
@@ -25,7 +26,7 @@ const LARGE_STEP_RARITY: usize = 100;
 const SLIP_RATIO: f64 = 4.0;
 
 impl Readings {
-    /// Groups, cut where a counter steps by whole teeth from one row to the next, whatever the wires and units are.
+    /// Groups, cut where a counter steps by whole teeth from one row of a run to its next, whatever the wires and units are.
     pub(crate) fn cut_at_slips(&self) -> Vec<usize> {
         let slips = found(self);
         let runs = 1 + self.group.iter().copied().max().unwrap_or(0);
@@ -109,18 +110,18 @@ fn stillest(quantities: impl Iterator<Item = Steps>, readings: &Readings) -> Vec
     stillest.map_or(Vec::new(), |steps| steps.slips(readings))
 }
 
-/// Pairs of neighbouring rows of a group with a value of the quantity, and how far it goes between them.
+/// Each row of a group with the one of that group before it, where both have a value of the quantity, and how far it goes between them. A run may
+/// be left and come back, and a counter slip meanwhile.
 fn changes<'a>(
     readings: &'a Readings,
     quantity: &'a [f64],
 ) -> impl Iterator<Item = ([usize; 2], f64)> + 'a {
     let known = (0..readings.len()).filter(|i| quantity[*i].is_finite());
-    let rows: Vec<usize> = known.collect();
-    let pairs: Vec<[usize; 2]> = rows.windows(2).map(|pair| [pair[0], pair[1]]).collect();
-    pairs
-        .into_iter()
-        .filter(|[before, here]| readings.group[*before] == readings.group[*here])
-        .map(|[before, here]| ([before, here], quantity[here] - quantity[before]))
+    let mut last: HashMap<usize, usize> = HashMap::new();
+    known.filter_map(move |here| {
+        let before = last.insert(readings.group[here], here)?;
+        Some(([before, here], quantity[here] - quantity[before]))
+    })
 }
 
 /// How far a position goes for each unit of a reference: the median over the larger half of the steps.

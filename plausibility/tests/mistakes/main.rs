@@ -190,11 +190,25 @@ fn a_pair_of_one_segment_makes_no_lever_arm_wrong() {
     );
 }
 
+/// Told once to have sine and cosine of both segments of a pair exchanged: a counter had slipped while another run was on, and the poses at rest
+/// before and after it were taken for one run with one zero.
+#[test]
+fn a_slip_between_two_parts_of_a_run_makes_no_reading_wrong() {
+    assert_eq!(told_of_drawn_motions(6047, [261].into_iter()), 0);
+}
+
+/// The same was told of a courier that went along one line: the reference's x and y then move in proportion, and of what each is by itself nothing
+/// is known.
+#[test]
+fn a_way_along_one_line_makes_no_reading_wrong() {
+    assert_eq!(told_of_drawn_motions(6047, [357].into_iter()), 0);
+}
+
 /// Wanted: no more false alarms than one in two hundred.
 #[test]
 #[ignore = "some minutes: the nightly checks run it"]
 fn hardly_anything_is_told_of_four_hundred_motions_that_are_drawn_anew() {
-    let told = told_of_drawn_motions(asked("PLAUSIBILITY_SEED", 6047), 0..400);
+    let told = told_of_drawn_motions(asked("PLAUSIBILITY_SEED", 6048), 0..400);
     assert!(told <= 2, "{told} of 400");
 }
 
