@@ -31,6 +31,8 @@ pub(super) struct Prepared {
     pub(super) meshes: Vec<Mesh>,
     /// Mean square of the noise.
     pub(super) noise: f64,
+    /// The same as neighbours on a smooth path show it: nothing that changes smoothly is in it.
+    pub(super) scatter: f64,
     /// The pair is known to wander.
     pub(super) wanders: bool,
 }
@@ -112,12 +114,23 @@ pub(super) fn candidates(prepared: &Prepared) -> Option<Candidates<'_>> {
         samples: all,
         meshes,
         noise,
+        scatter,
         wanders,
     } = prepared;
-    let (noise, wanders) = (*noise, *wanders);
+    let (noise, scatter, wanders) = (*noise, *scatter, *wanders);
     let count = all.len() as f64;
     let nothing = all.iter().map(|s| s.value * s.value).sum::<f64>() / count;
     let loose = noise.max(SHAPE_ERROR_SHARE * nothing);
+    // All that is not noise is less than any shape must explain.
+    if !wanders && (nothing - scatter) * count / noise <= LEAST_SQUARES {
+        return Some(Candidates {
+            base: None,
+            shifted: None,
+            loose,
+            unshifted: nothing,
+            count,
+        });
+    }
     let fields = meshes.iter().map(|mesh| AmplitudeShape {
         field: Some(mesh),
         ..AmplitudeShape::default()
@@ -184,6 +197,7 @@ mod tests {
     use super::*;
     use crate::data::folds::FOLDS;
     use crate::linearization::recording::mesh::GAP_MESHES_PITCHES;
+    use effects::random::{ChaCha8Rng, SeedableRng, normal};
 
     /// A round value near the paper's 1.016 mm.
     const PITCH_M: f64 = 1.0e-3;
@@ -192,8 +206,8 @@ mod tests {
     const SWEEPS: usize = 4;
     const OF_A_SWEEP: usize = 400;
 
-    /// Whether a gap explains the amplitude of sweeps along four lines, and of poses that are scattered over all of the platen once.
-    fn is_gap(value: fn([f64; 2], f64) -> f64) -> bool {
+    /// The amplitude of sweeps along four lines, and of poses that are scattered over all of the platen once.
+    fn prepared(mut value: impl FnMut([f64; 2], f64) -> f64) -> Prepared {
         let mut samples = Vec::new();
         let all = (SWEEPS * OF_A_SWEEP + POSES) as f64;
         let mut add = |place_m: [f64; 2], fold: usize| {
@@ -219,12 +233,18 @@ mod tests {
         }
         let mesh = |step: &f64| Mesh::over(&samples, step * PITCH_M);
         let meshes = GAP_MESHES_PITCHES.iter().filter_map(mesh).collect();
-        let prepared = Prepared {
+        Prepared {
             samples,
             meshes,
             noise: 1.0e-6,
+            scatter: 1.0e-6,
             wanders: false,
-        };
+        }
+    }
+
+    /// Whether a gap explains it.
+    fn is_gap(value: fn([f64; 2], f64) -> f64) -> bool {
+        let prepared = prepared(value);
         let found = candidates(&prepared).expect("regular");
         let shape = found.shape(false);
         shape.is_some_and(|s| s.field.is_some())
@@ -243,5 +263,20 @@ mod tests {
     fn what_follows_the_time_is_no_gap() {
         let course = |_, progress: f64| 0.03 * (9.0 * progress).sin();
         assert!(!is_gap(course));
+    }
+
+    /// A millionth is the noise's mean square, and 1,700 samples of a wave of half that are 850 squares.
+    #[test]
+    fn shapes_are_looked_for_where_more_than_noise_may_be() {
+        let looked_for = |wave: f64, seed: u64| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let prepared =
+                prepared(|_, progress| 1.0e-3 * normal(&mut rng) + wave * (9.0 * progress).sin());
+            let found = candidates(&prepared).expect("regular");
+            let all = prepared.samples.iter().map(|s| s.value * s.value);
+            found.unshifted < all.sum::<f64>() / prepared.samples.len() as f64
+        };
+        assert!(looked_for(1.0e-3, 1));
+        assert!(!looked_for(0.0, 1) && !looked_for(1.0e-4, 2));
     }
 }

@@ -129,6 +129,7 @@ impl LinearizedRecording<'_> {
             samples,
             meshes,
             noise: self.amplitude_noise(segment),
+            scatter: self.amplitude_scatter(segment),
             wanders: !self.normal.mean_flaws[segment].is_empty(),
         })
     }
@@ -237,7 +238,6 @@ impl LinearizedRecording<'_> {
     /// Mean square of the logarithm's noise: what is stated, or what neighbours on a smooth path show where that is more.
     fn amplitude_noise(&self, segment: usize) -> f64 {
         let o = self.observations;
-        let list = &self.ln_amplitude[segment];
         let level = crate::algebra::statistics::rms(
             o.amplitude_counts[segment]
                 .iter()
@@ -245,14 +245,21 @@ impl LinearizedRecording<'_> {
                 .filter(|a| a.is_finite()),
         );
         let stated = o.pair_noise_counts / level.max(1e-9);
+        let shown = self.amplitude_scatter(segment);
+        stated.powi(2).max(shown).max(1e-12)
+    }
+
+    /// Mean square of the logarithm's noise as neighbours on a smooth path show it.
+    fn amplitude_scatter(&self, segment: usize) -> f64 {
+        let o = self.observations;
+        let list = &self.ln_amplitude[segment];
         let near = |i: &usize| o.stretch[i - 1] == o.stretch[i + 1];
         let mut bends: Vec<f64> = (1..list.len().saturating_sub(1))
             .filter(near)
             .map(|i| (list[i - 1] - 2.0 * list[i] + list[i + 1]) / 6f64.sqrt())
             .collect();
-        let shown =
-            crate::algebra::statistics::median_and_deviation(&mut bends).map_or(0.0, |b| b.1);
-        stated.max(shown).powi(2).max(1e-12)
+        let middle = crate::algebra::statistics::median_and_deviation(&mut bends);
+        middle.map_or(0.0, |b| b.1.powi(2))
     }
 }
 
