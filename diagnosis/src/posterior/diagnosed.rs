@@ -3,14 +3,16 @@
 use super::decision::{Decision, Inclusion, Masses, Reason};
 use super::explained::Row;
 use super::field::{by_field, lies_over_the_platen};
-use super::fuller;
+use super::fuller::{self, Fuller};
 use super::look::{Look, compared, design, likelier, look};
+use super::trial::{Trial, has_knots};
 use super::unlogged::with_unlogged_causes;
 use super::weighing::Effect;
 use crate::Insufficient;
 use crate::data::prepare::{Prepared, prepare};
 use crate::design::assembly::{Design, DesignOptions, Options};
 use crate::linearization::point::LinearizationPoint;
+use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::far_forms::far_forms;
 use crate::selection::measured::{Measured, noise_beneath_nothing};
 use crate::trace::log;
@@ -70,6 +72,8 @@ pub fn diagnosed(
 pub(crate) struct Decided<'a> {
     /// All columns, linearised about what was found.
     pub(crate) design: Design<'a>,
+    /// The best set, fitted about itself.
+    pub(crate) fitted: Option<RelinearizedFit<'a>>,
     /// The answer.
     pub(crate) answer: Answer,
 }
@@ -96,8 +100,13 @@ pub(crate) fn decided<T>(
     };
     let answer = answer(&prepared, options, &here, &seen, rounds);
     let answer = Answer { sets, ..answer };
-    let design = here.design;
-    then(&prepared, Decided { design, answer })
+    let Look { design, fitted, .. } = here;
+    let decided = Decided {
+        design,
+        fitted,
+        answer,
+    };
+    then(&prepared, decided)
 }
 
 /// About the baseline, with the forms of effects that do more than amounts of their usual sizes could.
@@ -147,17 +156,18 @@ fn by_noise<'a>(
         (about_nothing.noise, here.design) = noise_beneath_nothing(prepared, options, here.design);
         points.extend(about_nothing.noise.is_some().then_some(about_nothing));
     }
-    let with = |point: &LinearizationPoint| {
-        let told = DesignOptions {
-            previous_inputs: Some(&here.design.linearized.inputs),
-            field: here.holds_a_field(),
-            ..DesignOptions::default()
-        };
-        look(prepared, options, point, told)
+    let told = DesignOptions {
+        previous_inputs: Some(&here.design.linearized.inputs),
+        field: here.holds_a_field(),
+        ..DesignOptions::default()
     };
+    if !points.is_empty() {
+        let trial = Trial::of(prepared, options, &around, &here);
+        points.retain(|point| trial.is_likelier(point, told, Look::log_evidence));
+    }
     let best = points
         .iter()
-        .map(with)
+        .map(|point| look(prepared, options, point, told))
         .max_by(|a, b| a.log_evidence().total_cmp(&b.log_evidence()));
     match best {
         Some(best) if best.log_evidence() > here.log_evidence() => best.measured(prepared, options),
@@ -240,16 +250,16 @@ fn about_what_was_found<'a>(
     here: &Look<'a>,
     decision: &Decision,
 ) -> (Look<'a>, Measured) {
-    let fit = here.next_point();
+    let next = here.next_point();
     let trusted = decision.left_share < TRUSTED_BELOW;
     *point = if trusted {
-        fit.point.clone()
+        next.point
     } else {
         prepared.point()
     };
     point.noise = here.noise();
     let again = DesignOptions {
-        line_residuals: Some(fit.residuals()),
+        line_residuals: Some(&next.residuals),
         search_deflection_waves: decision.verdict == Verdict::Unknown,
         previous_inputs: Some(&here.design.linearized.inputs),
         field: here.holds_a_field(),
@@ -270,27 +280,48 @@ fn told_more<'a>(
     point: &LinearizationPoint,
     mut here: Look<'a>,
 ) -> Look<'a> {
-    for way in fuller::ways() {
-        if here.weighing.one_explains_all() && here.weighing.leaves_nothing() {
-            break;
-        }
-        let inputs = &here.design.linearized.inputs;
-        let Some(inputs) = way.of(&here.weighing.found(), inputs) else {
-            continue;
-        };
-        let told = DesignOptions {
-            previous_inputs: Some(&inputs),
-            field: inputs.knots.iter().any(|k| !k.is_empty()),
-            ..DesignOptions::default()
-        };
-        let with = look(prepared, options, point, told);
-        log(&compared(&here, &with));
-        let is_likelier = with.log_evidence_of_forms() > here.log_evidence_of_forms();
-        if is_likelier && way.may_be(|| here.fit(), || with.fit()) {
+    let mut ways = fuller::ways().into_iter();
+    while let Some((way, with)) = fuller_than(prepared, options, point, &here, &mut ways) {
+        if way.may_be(|| here.fit(), || with.fit()) {
             here = with;
         }
     }
     here
+}
+
+/// The next of some ways by which the comparison is likelier if no form lacks anything, with that comparison; none where none of them is, or no
+/// more is asked.
+fn fuller_than<'a>(
+    prepared: &'a Prepared,
+    options: &Options,
+    point: &LinearizationPoint,
+    here: &Look<'a>,
+    ways: &mut impl Iterator<Item = Fuller>,
+) -> Option<(Fuller, Look<'a>)> {
+    if here.weighing.one_explains_all() && here.weighing.leaves_nothing() {
+        return None;
+    }
+    let inputs = &here.design.linearized.inputs;
+    let found = here.weighing.found();
+    let mut more = ways.filter_map(|way| Some((way.of(&found, inputs)?, way)));
+    let first = more.next()?;
+    let trial = Trial::of(prepared, options, point, here);
+    for (inputs, way) in std::iter::once(first).chain(more) {
+        let told = DesignOptions {
+            previous_inputs: Some(&inputs),
+            field: has_knots(&inputs),
+            ..DesignOptions::default()
+        };
+        if !trial.is_likelier(point, told, Look::log_evidence_of_forms) {
+            continue;
+        }
+        let with = look(prepared, options, point, told);
+        log(&compared(here, &with));
+        if with.log_evidence_of_forms() > here.log_evidence_of_forms() {
+            return Some((way, with));
+        }
+    }
+    None
 }
 
 fn answer(

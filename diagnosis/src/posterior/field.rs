@@ -2,6 +2,7 @@
 
 use super::look::{Look, compared, look};
 use super::prior;
+use super::trial::Trial;
 use crate::data::one_way::is_one_way;
 use crate::data::prepare::Prepared;
 use crate::design::assembly::{Design, DesignOptions, Options};
@@ -46,9 +47,17 @@ pub(super) fn by_field<'a>(
             single_teeth,
             ..DesignOptions::default()
         };
+        let log_odds = single_teeth.map_or(0.0, |_| prior::log_odds());
+        let by_field = |look: &Look<'a>| {
+            let odds = if look.holds_a_field() { log_odds } else { 0.0 };
+            look.log_evidence() + odds
+        };
+        let trial = Trial::of(prepared, options, point, &here);
+        if !trial.is_likelier(point, told, by_field) {
+            continue;
+        }
         let with = look(prepared, options, point, told);
         log(&compared(&here, &with));
-        let log_odds = single_teeth.map_or(0.0, |_| prior::log_odds());
         if with.holds_a_field() && with.log_evidence() + log_odds > here.log_evidence() {
             here = with;
         }

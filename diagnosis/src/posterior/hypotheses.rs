@@ -273,7 +273,7 @@ pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [
 
 /// Sets of less than this share of the likeliest's weight are left as they are. Derived from the number of sets, some two thousand: all of them
 /// together change no probability by a hundredth (2000 e^-12.5 is 0.007).
-const LOG_WEIGHT_THAT_COUNTS: f64 = -12.5;
+pub(super) const LOG_WEIGHT_THAT_COUNTS: f64 = -12.5;
 
 /// An effect that follows a course of its own predicts whatever a quantity that the recording has foretells, and would do so by coincidence
 /// alone: where a set without it, of no more effects, predicts the same (9), it is this one that its hypothesis tells of.

@@ -4,6 +4,7 @@ use super::prior;
 use super::weighing::Weighing;
 use crate::data::prepare::Prepared;
 use crate::design::assembly::{Design, DesignOptions, Options, assemble};
+use crate::inference::residuals::Residuals;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::limits::VISIBLE_GAP_RATIO;
@@ -21,6 +22,25 @@ pub(super) struct Look<'a> {
     pub(super) design: Design<'a>,
     /// Its sets.
     pub(super) weighing: Weighing,
+    /// The best set, fitted about itself, where that was asked for.
+    pub(super) fitted: Option<RelinearizedFit<'a>>,
+}
+
+/// Where all is compared next, and what the fit that leads there leaves.
+pub(super) struct NextPoint {
+    /// The point.
+    pub(super) point: LinearizationPoint,
+    /// Held-out residuals.
+    pub(super) residuals: Residuals,
+}
+
+impl NextPoint {
+    fn of(fit: &RelinearizedFit) -> Self {
+        Self {
+            point: fit.point.clone(),
+            residuals: fit.residuals().clone(),
+        }
+    }
 }
 
 /// Weighs the sets of a design about a point.
@@ -51,7 +71,11 @@ impl<'a> Look<'a> {
     /// Weighs the sets of a design.
     pub(super) fn of(design: Design<'a>) -> Self {
         let weighing = Weighing::of(&design);
-        Self { design, weighing }
+        Self {
+            design,
+            weighing,
+            fitted: None,
+        }
     }
 
     /// Noise of each reading over the stated one, where it was found to be above.
@@ -95,27 +119,30 @@ impl<'a> Look<'a> {
     }
 
     /// Some effects, fitted about themselves.
-    pub(super) fn fit_of(&self, names: &[String]) -> RelinearizedFit<'a> {
+    fn fit_of(&self, names: &[String]) -> RelinearizedFit<'a> {
         RelinearizedFit::new(&self.design.linearized, self.point(), names)
     }
 
     /// The fit about which all is compared next: of those effects of the best set that do more than the others' forms may lack, or of the
     /// largest of them, or of another alone, if these leave less. About wrong places a large effect leaves a part of itself, which others
     /// describe; fitted together with these it may stay at the wrong places, and alone it finds the right ones.
-    pub(super) fn next_point(&self) -> RelinearizedFit<'a> {
+    pub(super) fn next_point(&self) -> NextPoint {
         let names = self.weighing.leading();
-        let left = |fit: &RelinearizedFit| fit.residuals().white_rms();
-        let mut best = self.fit_of(&names);
+        let mut best = match &self.fitted {
+            Some(fit) if is_of(fit, &names) => NextPoint::of(fit),
+            _ => NextPoint::of(&self.fit_of(&names)),
+        };
         let nested = (2..names.len()).rev().map(|count| names[..count].to_vec());
         let alone = self.weighing.largest_alone(ALONE);
         let candidates = nested.chain(alone.map(|name| vec![name.to_owned()]));
         for candidate in candidates.filter(|c| *c != names) {
-            if left(&best) <= VISIBLE_GAP_RATIO {
+            let left = best.residuals.white_rms();
+            if left <= VISIBLE_GAP_RATIO {
                 break;
             }
             let fit = self.fit_of(&candidate);
-            if left(&fit) < left(&best) {
-                best = fit;
+            if fit.residuals().white_rms() < left {
+                best = NextPoint::of(&fit);
             }
         }
         best
@@ -136,10 +163,20 @@ impl<'a> Look<'a> {
     /// With what the best set leaves.
     pub(super) fn measured(self, prepared: &'a Prepared, options: &'a Options) -> (Self, Measured) {
         let fit = self.fit();
-        let (seen, design) = measured(prepared, options, (self.design, fit));
-        let weighing = self.weighing;
-        (Self { design, weighing }, seen)
+        let (seen, design, fit) = measured(prepared, options, (self.design, fit));
+        let out = Self {
+            design,
+            weighing: self.weighing,
+            fitted: Some(fit),
+        };
+        (out, seen)
     }
+}
+
+/// True if a fit is of some effects, in whatever order.
+pub(crate) fn is_of(fit: &RelinearizedFit, names: &[String]) -> bool {
+    let fitted = &fit.hypothesis.effects;
+    fitted.len() == names.len() && names.iter().all(|name| fitted.contains(name))
 }
 
 /// Two whole comparisons in words: what each finds, and the logarithm of its evidence.

@@ -9,7 +9,7 @@
 //!   owns.
 //! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
 //! - [`alias`]: sets that predict the same. [`hypotheses`]: what sets say of a gap. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
-//! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design. `look`: the same with its fits.
+//! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design. `look`: the same with its fits, `trial`: among few blocks.
 //! - [`diagnosed`]: all that of a recording. [`fuller`] tells more of its effects, `field` looks for displaced teeth, and [`unlogged`] names
 //!   causes whose quantity was not logged.
 
@@ -26,7 +26,7 @@ pub mod fuller;
 pub mod held_out;
 pub mod hypotheses;
 pub mod least_size;
-mod look;
+pub(crate) mod look;
 pub mod nameless;
 pub mod noise_scale;
 pub mod own_axes;
@@ -36,6 +36,7 @@ pub mod reduced;
 pub mod scale;
 pub mod sets;
 pub mod size_likelihood;
+mod trial;
 pub mod unlogged;
 pub mod walk;
 pub mod weighed;

@@ -4,6 +4,7 @@ use super::decision::{Decision, Inclusion, decide};
 use super::discrepancy::excess;
 use super::explained::{Row, rows};
 use super::held_out::refuted;
+use super::hypotheses::LOG_WEIGHT_THAT_COUNTS;
 use super::least_size::least_squares;
 use super::noise_scale::log_sum;
 use super::prior::{is_logged, is_of_lines, is_of_own_course, log_odds, prior};
@@ -16,7 +17,7 @@ use crate::design::assembly::{BlockKind, Design};
 use crate::design::unlisted::is_unlisted;
 use crate::linearization::recording::LinearizedRecording;
 use effects::Detection;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 /// An effect of the answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -156,6 +157,24 @@ impl Weighing {
     pub fn found(&self) -> Vec<String> {
         let best = self.weighed.first().map_or(&[][..], Weighed::set);
         best.iter().map(|b| self.names[*b].clone()).collect()
+    }
+
+    /// Names of the blocks of all sets that count beside the likeliest, and of the shapes beside them.
+    pub fn counting(&self) -> BTreeSet<String> {
+        let weight = |w: &Weighed| w.log_weight(log_odds());
+        let weights = self.weighed.iter().map(weight);
+        let least = weights.fold(f64::NEG_INFINITY, f64::max) + LOG_WEIGHT_THAT_COUNTS;
+        let counting = self.weighed.iter().filter(|w| weight(w) > least);
+        let blocks = counting.flat_map(|w| {
+            let shapes = w
+                .nameless
+                .iter()
+                .flat_map(|(shapes, _)| &shapes.coordinates);
+            let shapes = shapes.map(|c| self.coordinates[*c]);
+            w.set().iter().copied().chain(shapes)
+        });
+        let told = self.found();
+        blocks.map(|b| self.names[b].clone()).chain(told).collect()
     }
 
     /// Names of so many effects of which each alone leaves least to first order.

@@ -8,12 +8,13 @@ use super::nameless_correction::NamelessCorrection;
 use super::verdict::Measurements;
 use super::{Answer, ModelSelection, prepared_or_told};
 use crate::data::prepare::Prepared;
-use crate::design::assembly::{Design, Options};
+use crate::design::assembly::Options;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::posterior::birge_ratio;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::posterior::diagnosed::{Answer as Decision, Decided, decided};
+use crate::posterior::look::is_of;
 use crate::verdict::answer::{Diagnosis, Named, Share, Verdict};
 use recording::Recording;
 
@@ -27,9 +28,8 @@ pub fn diagnose_by_posterior(
 ) -> (Answer, Option<Decision>) {
     match prepared_or_told(recording, name) {
         Ok((prepared, geometry)) => {
-            let told = |prepared: &Prepared, Decided { design, answer }: Decided| {
-                (told(prepared, name, options, design, &answer), Some(answer))
-            };
+            let told =
+                |prepared: &Prepared, decided: Decided| told(prepared, name, options, decided);
             let (mut answer, decision) = decided(prepared, options, explain, told);
             answer.diagnosis.geometry = geometry;
             (answer, decision)
@@ -39,7 +39,7 @@ pub fn diagnose_by_posterior(
 }
 
 /// The effects of a decision that are fitted: noise, slips and bursts are measured of what these leave.
-fn fitted(decision: &Decision) -> Vec<String> {
+fn fitted_effects(decision: &Decision) -> Vec<String> {
     let of_columns = |name: &&str| effects::has(name, |card| card.detection.is_fitted());
     let names = decision.effects.iter().map(|e| e.name.as_str());
     names.filter(of_columns).map(String::from).collect()
@@ -49,31 +49,39 @@ fn told(
     prepared: &Prepared,
     name: &str,
     options: &Options,
-    design: Design,
-    decision: &Decision,
-) -> Answer {
+    Decided {
+        design,
+        fitted,
+        answer: decision,
+    }: Decided,
+) -> (Answer, Option<Decision>) {
     let linearized = &design.linearized;
     let start = LinearizationPoint {
         baseline: linearized.baseline.clone(),
         displacement: linearized.displacement.clone(),
         noise: (!linearized.is_by_stated_noise()).then_some(linearized.noise),
     };
-    let fit = RelinearizedFit::new(linearized, start, &fitted(decision));
+    let names = fitted_effects(&decision);
+    let fit = match fitted {
+        Some(fit) if is_of(&fit, &names) => fit,
+        _ => RelinearizedFit::new(linearized, start, &names),
+    };
     let floor = design.floor;
     let mut selection = selection_of(prepared, options, (design, fit));
     selection.floor = floor;
     selection.resolve_teeth();
     selection.claim();
-    let (diagnosis, correction) = selection.figures_of(name, decision);
+    let (diagnosis, correction) = selection.figures_of(name, &decision);
     let answers = diagnosis.verdict != Verdict::InsufficientData;
     let evidence = selection.evidence(&diagnosis, correction.as_ref());
-    Answer {
+    let answer = Answer {
         model: answers.then(|| selection.model(&diagnosis, correction)),
         evidence,
         diagnosis,
         before: selection.before,
         after: selection.after,
-    }
+    };
+    (answer, Some(decision))
 }
 
 impl ModelSelection<'_> {

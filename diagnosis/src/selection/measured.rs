@@ -108,12 +108,12 @@ fn measured_noise(selection: &ModelSelection) -> Option<[f64; READINGS]> {
     is_no_tail(selection, &selection.bursts()).then_some(noise)
 }
 
-/// Measures what a fit of some effects leaves; the design comes back.
+/// Measures what a fit of some effects leaves; design and fit come back.
 pub(crate) fn measured<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
     (design, fit): (Design<'a>, RelinearizedFit<'a>),
-) -> (Measured, Design<'a>) {
+) -> (Measured, Design<'a>, RelinearizedFit<'a>) {
     let selection = selection_of(prepared, options, (design, fit));
     let left = &selection.after;
     let white = selection.rough(left) && selection.is_noise(left) && !selection.hums();
@@ -135,7 +135,7 @@ pub(crate) fn measured<'a>(
         mask: selection.revised_mask(),
         noise: measured_noise(&selection),
     };
-    (measured, selection.design)
+    (measured, selection.design, selection.relinearized)
 }
 
 #[cfg(test)]

@@ -1,0 +1,67 @@
+//! What may be changed in a comparison, tried among the blocks alone that count in it.
+
+use super::look::{Look, compared, look};
+use crate::data::prepare::Prepared;
+use crate::design::assembly::{DesignOptions, Options};
+use crate::linearization::point::LinearizationPoint;
+use crate::trace::log;
+use effects::sensor::BasisInputs;
+
+/// A comparison among those blocks alone that count in a whole one, and what is changed in it by way of trial. All columns together are most of
+/// the work: only what makes it likelier among these is then compared with all others.
+pub(super) struct Trial<'s, 'a> {
+    prepared: &'a Prepared,
+    options: &'s Options,
+    names: Vec<String>,
+    inputs: &'s BasisInputs,
+    here: Look<'a>,
+}
+
+impl<'s, 'a> Trial<'s, 'a> {
+    /// Of a whole comparison about a point.
+    pub(super) fn of(
+        prepared: &'a Prepared,
+        options: &'s Options,
+        point: &LinearizationPoint,
+        whole: &'s Look<'a>,
+    ) -> Self {
+        let inputs = &whole.design.linearized.inputs;
+        let names: Vec<String> = whole.weighing.counting().into_iter().collect();
+        let told = DesignOptions {
+            previous_inputs: Some(inputs),
+            field: has_knots(inputs),
+            only: Some(&names),
+            ..DesignOptions::default()
+        };
+        let here = look(prepared, options, point, told);
+        Self {
+            prepared,
+            options,
+            names,
+            inputs,
+            here,
+        }
+    }
+
+    /// True if it becomes likelier about another point, or with more told, by some measure of both.
+    pub(super) fn is_likelier(
+        &self,
+        point: &LinearizationPoint,
+        told: DesignOptions,
+        log_evidence: impl Fn(&Look<'a>) -> f64,
+    ) -> bool {
+        let told = DesignOptions {
+            previous_inputs: Some(told.previous_inputs.unwrap_or(self.inputs)),
+            only: Some(&self.names),
+            ..told
+        };
+        let with = look(self.prepared, self.options, point, told);
+        log(&format!("by way of trial {}", compared(&self.here, &with)));
+        log_evidence(&with) > log_evidence(&self.here)
+    }
+}
+
+/// True where a field over the platen is laid.
+pub(super) fn has_knots(inputs: &BasisInputs) -> bool {
+    inputs.knots.iter().any(|k| !k.is_empty())
+}
