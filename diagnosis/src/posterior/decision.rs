@@ -314,6 +314,14 @@ mod tests {
         assert_eq!(blocks(&noise), [None]);
     }
 
+    /// 0.11 of an amplitude does 24 squares: two of them are seen, and that each is one too many is no reason to name the other, nor that
+    /// nothing explains what both do.
+    #[test]
+    fn trifles_that_are_seen_together_are_no_gap() {
+        let decision = decided([0.11, 0.11, 0.0], 1.0, true);
+        assert_eq!(decision.verdict, Verdict::NoGap, "{:?}", decision.masses);
+    }
+
     /// The effects of the likeliest set, of one that does three times the noise and may lack so much of it, and another that does less.
     fn told(inexactness: f64, shape: bool, listed: bool) -> Decision {
         let blocks = [("one", &[1.0][..]), ("other", &[1.0; 3])];

@@ -112,7 +112,7 @@ fn forms(
         let noise = noise_is_white && unlocated > may_lack;
         let left = told.trifles + shaped + if noise { 0.0 } else { unlocated };
         let of_lines = if shaped > 0.0 { lines } else { 0.0 };
-        let trifle = left < may_lack && of_lines < least + told.lacking_of_lines;
+        let trifle = left <= may_lack && of_lines < least + told.lacking_of_lines;
         let says = match (all[told.set].set().is_empty(), noise) {
             _ if !all[told.set].listed => Says::Unknown,
             (true, false) if trifle => Says::NoGap,
@@ -136,7 +136,7 @@ struct Telling {
     set: usize,
     /// Logarithm of what this changes in the set's weight.
     log_change: f64,
-    /// Whitened squares of what is found and not worth a name.
+    /// Whitened squares of what is found and is taken not to be worth a name: no more of them than that.
     trifles: f64,
     /// Whitened squares that the forms of the effects that are told may lack.
     lacking: f64,
@@ -154,6 +154,7 @@ fn trifling<'a>(
     of: usize,
 ) -> impl Iterator<Item = Telling> + 'a {
     let whole = &all[of];
+    let least = least_squares(problem.reduced.rows);
     let inexact = |k: usize| {
         let own = problem.effects.iter().find(|e| e.block == whole.set()[k]);
         (whole.powers[k], own.map_or(0.0, |e| e.inexactness))
@@ -166,7 +167,7 @@ fn trifling<'a>(
         Some(Telling {
             set: without_trifling_shapes(problem, all, places, places.of_set(&set, whole)?),
             log_change: share.log_trifle - share.log_least,
-            trifles: share.power,
+            trifles: share.power.min(least),
             lacking: lacking(whole.explained, others().map(inexact)),
             lacking_of_lines: lacking(whole.explained, of_lines),
         })
@@ -176,7 +177,7 @@ fn trifling<'a>(
     let nothing = nothing.map(|set| Telling {
         set,
         log_change: log_trifle(whole.explained, problem.reduced.rows) - whole.log_least,
-        trifles: whole.explained.max(0.0),
+        trifles: whole.explained.clamp(0.0, least),
         lacking: 0.0,
         lacking_of_lines: 0.0,
     });
