@@ -229,7 +229,7 @@ fn settled<'a>(
         if !here.holds_a_field() {
             here = by_field(prepared, options, &point, here);
         }
-        here = told_more(prepared, options, &point, here);
+        here = told_more(prepared, options, here);
         (here, seen) = here.measured(prepared, options);
         // About places that are off by an effect of which more was told, that effect leaves a part of itself.
         let decision = here.weighing.decide(seen.white);
@@ -273,15 +273,10 @@ fn about_what_was_found<'a>(
 }
 
 /// The same with more told of the effects of the best set, one after the other, where that is likelier altogether if no form lacks anything: both
-/// are of the same rows about the same point. Of one effect that leaves nothing but noise no more is asked.
-fn told_more<'a>(
-    prepared: &'a Prepared,
-    options: &Options,
-    point: &LinearizationPoint,
-    mut here: Look<'a>,
-) -> Look<'a> {
+/// are of the same rows. Of one effect that leaves nothing but noise no more is asked.
+fn told_more<'a>(prepared: &'a Prepared, options: &Options, mut here: Look<'a>) -> Look<'a> {
     let mut ways = fuller::ways().into_iter();
-    while let Some((way, with)) = fuller_than(prepared, options, point, &here, &mut ways) {
+    while let Some((way, with)) = fuller_than(prepared, options, &here, &mut ways) {
         if way.may_be(|| here.fit(), || with.fit()) {
             here = with;
         }
@@ -294,7 +289,6 @@ fn told_more<'a>(
 fn fuller_than<'a>(
     prepared: &'a Prepared,
     options: &Options,
-    point: &LinearizationPoint,
     here: &Look<'a>,
     ways: &mut impl Iterator<Item = Fuller>,
 ) -> Option<(Fuller, Look<'a>)> {
@@ -305,19 +299,20 @@ fn fuller_than<'a>(
     let found = here.weighing.found();
     let mut more = ways.filter_map(|way| Some((way.of(&found, inputs)?, way)));
     let first = more.next()?;
-    let trial = Trial::of(prepared, options, point, here);
+    let point = here.point();
+    let trial = Trial::of(prepared, options, &point, here);
     for (inputs, way) in std::iter::once(first).chain(more) {
         let told = DesignOptions {
             previous_inputs: Some(&inputs),
             field: has_knots(&inputs),
             ..DesignOptions::default()
         };
-        if !trial.is_likelier(point, told, Look::log_evidence_of_forms) {
+        if !trial.tells_more(&point, told) {
             continue;
         }
-        let with = look(prepared, options, point, told);
+        let with = look(prepared, options, &point, told);
         log(&compared(here, &with));
-        if with.log_evidence_of_forms() > here.log_evidence_of_forms() {
+        if with.tells_more_than(here) {
             return Some((way, with));
         }
     }

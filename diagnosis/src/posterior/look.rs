@@ -94,6 +94,13 @@ impl<'a> Look<'a> {
         self.in_metres(self.weighing.log_evidence_of_forms())
     }
 
+    /// True if what is told more in it than in another is told for good: it is the likelier if no form lacks anything, or does the same with fewer
+    /// effects.
+    pub(super) fn tells_more_than(&self, other: &Self) -> bool {
+        let likelier = self.log_evidence_of_forms() > other.log_evidence_of_forms();
+        likelier || self.weighing.does_with_fewer(&other.weighing)
+    }
+
     /// Logarithm of a density of the whitened residuals, made one of those in metres.
     fn in_metres(&self, white: f64) -> f64 {
         let odds = if self.noise().is_some() {

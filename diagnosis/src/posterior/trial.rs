@@ -50,6 +50,15 @@ impl<'s, 'a> Trial<'s, 'a> {
         told: DesignOptions,
         log_evidence: impl Fn(&Look<'a>) -> f64,
     ) -> bool {
+        log_evidence(&self.with(point, told)) > log_evidence(&self.here)
+    }
+
+    /// True if what is told more is told for good.
+    pub(super) fn tells_more(&self, point: &LinearizationPoint, told: DesignOptions) -> bool {
+        self.with(point, told).tells_more_than(&self.here)
+    }
+
+    fn with(&self, point: &LinearizationPoint, told: DesignOptions) -> Look<'a> {
         let told = DesignOptions {
             previous_inputs: Some(told.previous_inputs.unwrap_or(self.inputs)),
             only: Some(&self.names),
@@ -57,7 +66,7 @@ impl<'s, 'a> Trial<'s, 'a> {
         };
         let with = look(self.prepared, self.options, point, told);
         log(&format!("by way of trial {}", compared(&self.here, &with)));
-        log_evidence(&with) > log_evidence(&self.here)
+        with
     }
 }
 

@@ -1,5 +1,6 @@
 //! The sets of a design, weighed, with their names.
 
+use super::alias::limit;
 use super::decision::{Decision, Inclusion, decide};
 use super::discrepancy::excess;
 use super::explained::{Row, rows};
@@ -225,6 +226,19 @@ impl Weighing {
     pub fn log_evidence_of_forms(&self) -> f64 {
         let each = self.weighed.iter();
         log_sum(each.map(|w| w.log_weight_of_forms(log_odds())))
+    }
+
+    /// True where the likeliest set has fewer effects than another comparison's, by the same noise, and leaves no more than chance makes of what
+    /// either predicts (9): then it is the same with fewer causes.
+    pub fn does_with_fewer(&self, other: &Self) -> bool {
+        let (Some(own), Some(of)) = (self.weighed.first(), other.weighed.first()) else {
+            return false;
+        };
+        let same_noise = own.left.log_noise == of.left.log_noise && self.stated == other.stated;
+        let more = (own.left.squares - of.left.squares) * (-own.left.log_noise).exp();
+        let told = own.fitted.given.told + of.fitted.given.told;
+        let fewer = !own.set().is_empty() && own.set().len() < of.set().len();
+        fewer && own.listed && same_noise && more <= limit(told)
     }
 
     /// True where the likeliest set leaves no more beyond the noise than is worth a name: no form of its effects lacks anything.
