@@ -225,6 +225,7 @@ impl Topic {
                 self.logged_s
             },
             columns: self.columns,
+            none_s: Vec::new(),
         }
     }
 }

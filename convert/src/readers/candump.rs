@@ -1,7 +1,7 @@
 //! Frames of a CAN bus as candump of can-utils and python-can write them, by the DBC file beside them.
 
 use super::beside::Beside;
-use super::dbc::{self, Message};
+use super::dbc::{self, Message, Said};
 use super::frames::{self, EXTENDED, Frame, Frames};
 use super::streams::{Stream, together};
 use crate::table::{Log, LogColumn};
@@ -124,9 +124,18 @@ fn stream(message: &Message, name: String, frames: &[&Frame]) -> Stream {
             ..LogColumn::default()
         })
         .collect();
+    let mut none_s = vec![Vec::new(); columns.len()];
     for frame in frames {
-        for (column, value) in columns.iter_mut().zip(message.values(&frame.data)) {
-            column.numbers.push(value);
+        for (place, said) in message.said(&frame.data).into_iter().enumerate() {
+            let value = match said {
+                Said::Value(value) => value,
+                Said::Absent => f64::NAN,
+                Said::None => {
+                    none_s[place].push(frame.t_s);
+                    f64::NAN
+                }
+            };
+            columns[place].numbers.push(value);
         }
     }
     Stream {
@@ -134,6 +143,7 @@ fn stream(message: &Message, name: String, frames: &[&Frame]) -> Stream {
         t_s: frames.iter().map(|frame| frame.t_s).collect(),
         lines: frames.iter().map(|frame| frame.line).collect(),
         columns,
+        none_s,
     }
 }
 

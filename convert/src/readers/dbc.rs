@@ -1,9 +1,11 @@
-//! Which bits of which frame are which signal: the lines `BO_`, `SG_` and `SIG_VALTYPE_` of a DBC file.
+//! Which bits of which frame are which signal: the lines `BO_`, `SG_` and `SIG_VALTYPE_` of a DBC file, and of `VAL_` and `BA_` what
+//! says which bits stand for no value.
 //!
-//! The crate for such files reads all of their forty kinds of lines and brings a parser generator and a C compiler's work with it; three
+//! The crate for such files reads all of their forty kinds of lines and brings a parser generator and a C compiler's work with it; five
 //! kinds of lines are needed here.
 
 use super::frames::EXTENDED;
+use super::reserved::{Kind, Reserved, is_none_by_name};
 use recording::{Error, excerpt};
 use std::path::Path;
 
@@ -16,6 +18,19 @@ pub struct Message {
     pub id: u32,
     /// Its signals.
     pub signals: Vec<Signal>,
+    /// True where the file says that it is of SAE J1939, whose codes for no value it then has.
+    says_j1939: bool,
+}
+
+/// What a frame says of a signal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Said {
+    /// Nothing: it is not in this frame.
+    Absent,
+    /// That there is no value.
+    None,
+    /// A value, in its unit.
+    Value(f64),
 }
 
 /// How a signal is multiplexed.
@@ -27,17 +42,6 @@ pub enum Page {
     Selector,
     /// It is in frames of this page.
     Only(u64),
-}
-
-/// What a signal's bits are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
-    /// A whole number without a sign.
-    Unsigned,
-    /// One with a sign.
-    Signed,
-    /// IEEE 754, of 32 or 64 bits.
-    Real,
 }
 
 /// A signal.
@@ -54,6 +58,7 @@ pub struct Signal {
     kind: Kind,
     factor: f64,
     offset: f64,
+    reserved: Reserved,
 }
 
 /// All kinds of frames that a file describes.
@@ -71,6 +76,15 @@ pub fn parse(file: &Path, text: &str) -> Result<Vec<Message>, Error> {
             Some("SG_") => signal(line)
                 .and_then(|signal| messages.last_mut().map(|message| message.signals.push(signal)))
                 .ok_or("SG_ NAME : START|BITS@ORDER SIGN (FACTOR,OFFSET) [LOWEST|HIGHEST] \"UNIT\" RECEIVER, below a BO_"),
+            // Names and attributes that cannot be read say nothing of any value.
+            Some("VAL_") => {
+                names(line, &mut messages);
+                Ok(())
+            }
+            Some("BA_") => {
+                attribute(line, &mut messages);
+                Ok(())
+            }
             Some("SIG_VALTYPE_") => kind(line, &mut messages).ok_or("SIG_VALTYPE_ ID NAME : TYPE; of a signal above, with 32 or 64 bits"),
             _ => Ok(()),
         };
@@ -108,6 +122,7 @@ fn message(line: &str) -> Option<Message> {
         name,
         id,
         signals: Vec::new(),
+        says_j1939: false,
     })
 }
 
@@ -127,6 +142,10 @@ fn signal(line: &str) -> Option<Signal> {
     let rest = rest.trim_start().trim_start_matches('(');
     let (numbers, rest) = rest.split_once(')')?;
     let (factor, offset) = numbers.split_once(',')?;
+    let range = rest
+        .split_once('[')
+        .and_then(|(_, rest)| rest.split_once(']'));
+    let range = range.and_then(|(range, _)| range.split_once('|'));
     let unit = rest.split('"').nth(1).unwrap_or_default().to_owned();
     let (order, sign) = how.split_at_checked(1)?;
     let kind = if sign.trim() == "-" {
@@ -152,7 +171,54 @@ fn signal(line: &str) -> Option<Signal> {
         kind,
         factor: number(factor)?,
         offset: number(offset)?,
+        reserved: Reserved {
+            named: Vec::new(),
+            range: range
+                .and_then(|(low, high)| Some([number(low)?, number(high)?]))
+                .filter(|[low, high]| low < high),
+        },
     })
+}
+
+/// `VAL_ ID SIGNAL CODE "NAME" CODE "NAME" ;`: codes whose name means that there is no value.
+fn names(line: &str, messages: &mut [Message]) -> Option<()> {
+    let mut parts = line.split('"');
+    let mut head = parts.next()?.split_whitespace().skip(1);
+    let (id, signal, mut code) = (head.next()?, head.next()?, head.next()?);
+    let id: u32 = id.parse().ok()?;
+    let message = messages.iter_mut().find(|message| message.id == id)?;
+    let signal = message.signals.iter_mut().find(|of| of.name == signal)?;
+    while let (Some(name), Some(next)) = (parts.next(), parts.next()) {
+        if is_none_by_name(name) {
+            let code: i64 = code.parse().ok()?;
+            signal.reserved.named.push(code as u64 & signal.all());
+        }
+        code = next.trim();
+    }
+    Some(())
+}
+
+/// `BA_ "ProtocolType" "J1939";` of the whole file, `BA_ "VFrameFormat" BO_ ID 3;` of one message: they are of SAE J1939.
+fn attribute(line: &str, messages: &mut [Message]) -> Option<()> {
+    let words: Vec<&str> = line
+        .trim()
+        .trim_end_matches(';')
+        .split_whitespace()
+        .collect();
+    match words[..] {
+        ["BA_", "\"ProtocolType\"", protocol] if protocol.contains("J1939") => {
+            messages
+                .iter_mut()
+                .for_each(|message| message.says_j1939 = true);
+        }
+        ["BA_", "\"VFrameFormat\"", "BO_", id, "3"] => {
+            let id: u32 = id.parse().ok()?;
+            let message = messages.iter_mut().find(|message| message.id == id)?;
+            message.says_j1939 = true;
+        }
+        _ => {}
+    }
+    Some(())
 }
 
 fn kind(line: &str, messages: &mut [Message]) -> Option<()> {
@@ -183,25 +249,31 @@ fn kind(line: &str, messages: &mut [Message]) -> Option<()> {
 const ANY_SENDER: u32 = 0xfe;
 
 impl Message {
+    /// True where it names no sender: it is of any.
+    fn is_group(&self) -> bool {
+        self.id & EXTENDED != 0 && self.id & 0xff == ANY_SENDER
+    }
+
     /// True of frames with this identifier: this message's own, or where it names no sender any of its parameter group, whatever its sender
     /// and priority.
     pub fn is_of(&self, id: u32) -> bool {
-        let is_group = self.id & EXTENDED != 0 && self.id & 0xff == ANY_SENDER;
-        id == self.id || is_group && id & EXTENDED != 0 && group(id) == group(self.id)
+        id == self.id || self.is_group() && id & EXTENDED != 0 && group(id) == group(self.id)
     }
 
-    /// The values of its signals in a frame, in their units; NaN of one that the frame does not hold.
-    pub fn values(&self, data: &[u8]) -> Vec<f64> {
+    /// What a frame says of its signals.
+    pub fn said(&self, data: &[u8]) -> Vec<Said> {
         let selector = self
             .signals
             .iter()
             .find(|signal| signal.page == Page::Selector);
         let page = selector.and_then(|signal| signal.word(data));
-        let value = |signal: &Signal| match signal.page {
-            Page::Only(wanted) if page != Some(wanted) => f64::NAN,
-            _ => signal.value(data),
+        let is_j1939 = self.says_j1939 || self.is_group();
+        let said = |signal: &Signal| match signal.page {
+            Page::Only(wanted) if page != Some(wanted) => Said::Absent,
+            Page::Selector => signal.said(data, false),
+            _ => signal.said(data, is_j1939),
         };
-        self.signals.iter().map(value).collect()
+        self.signals.iter().map(said).collect()
     }
 
     /// True if the frame is long enough for every signal that is in all of them.
@@ -214,9 +286,9 @@ impl Message {
 }
 
 impl Signal {
-    fn value(&self, data: &[u8]) -> f64 {
+    fn said(&self, data: &[u8], is_j1939: bool) -> Said {
         let Some(word) = self.word(data) else {
-            return f64::NAN;
+            return Said::Absent;
         };
         let unused = 64 - self.bits as u32;
         let number = match (self.kind, self.bits) {
@@ -225,7 +297,19 @@ impl Signal {
             (Kind::Real, 32) => f64::from(f32::from_bits(word as u32)),
             (Kind::Real, _) => f64::from_bits(word),
         };
-        number * self.factor + self.offset
+        let value = number * self.factor + self.offset;
+        let is_none = self
+            .reserved
+            .is_none(word, self.bits, self.kind, value, is_j1939);
+        match is_none || value.is_nan() {
+            true => Said::None,
+            false => Said::Value(value),
+        }
+    }
+
+    /// All of its bits.
+    fn all(&self) -> u64 {
+        u64::MAX >> (64 - self.bits as u32)
     }
 
     /// Its bits, the most significant first; none where the frame ends before them.
@@ -254,7 +338,11 @@ mod tests {
 
     fn value(signal: &str, data: &[u8]) -> f64 {
         let text = format!("BO_ 1 M: 8 X\n SG_ {signal}\n");
-        parse(Path::new("a.dbc"), &text).unwrap()[0].values(data)[0]
+        match parse(Path::new("a.dbc"), &text).unwrap()[0].said(data)[0] {
+            Said::Value(value) => value,
+            Said::None => f64::INFINITY,
+            Said::Absent => f64::NAN,
+        }
     }
 
     #[test]
@@ -279,6 +367,35 @@ mod tests {
             );
         }
         assert!(value("a : 0|16@1+ (1,0) [0|0] \"\" X", &data[..1]).is_nan());
+    }
+
+    /// By the protocol, by a name and by a range.
+    #[test]
+    fn codes_for_no_value_are_none() {
+        let said = |id: u32, more: &str, data: [u8; 2]| {
+            let text = format!("BO_ {id} M: 8 X\n SG_ a : 0|16@1+ (1,0) [0|0] \"\" X\n{more}");
+            parse(Path::new("a.dbc"), &text).unwrap()[0].said(&data)[0]
+        };
+        let (none, full) = (Said::None, Said::Value(65_535.0));
+        assert_eq!(said(0x123, "", [0xff; 2]), full);
+        assert_eq!(said(0x18fe_f1fe | EXTENDED, "", [0xff; 2]), none);
+        let file = "BA_ \"ProtocolType\" \"J1939\";\n";
+        assert_eq!(said(0x123, file, [0xff; 2]), none);
+        let message = "BA_ \"VFrameFormat\" BO_ 291 3;\n";
+        assert_eq!(said(0x123, message, [0xff; 2]), none);
+        assert_eq!(said(0x124, message, [0xff; 2]), full);
+        let names = "VAL_ 291 a 7 \"Not available\" 6 \"Error\" 65535 \"SNA\" ;\n";
+        assert_eq!(said(0x123, names, [0xff; 2]), none);
+        assert_eq!(said(0x123, names, [7, 0]), none);
+        assert_eq!(said(0x123, names, [6, 0]), Said::Value(6.0));
+        assert_eq!(
+            value("a : 0|8@1+ (0.5,10) [10|135] \"\" X", &[0xff]),
+            f64::INFINITY
+        );
+        assert_eq!(
+            value("a : 0|8@1+ (0.5,10) [10|137.5] \"\" X", &[0xff]),
+            137.5
+        );
     }
 
     #[test]

@@ -14,6 +14,7 @@ mod literal;
 mod moteus;
 mod numpy;
 mod refused;
+mod reserved;
 mod simplefoc;
 mod streams;
 

@@ -17,6 +17,8 @@ pub struct Stream {
     pub lines: Vec<u64>,
     /// Their values, one a message.
     pub columns: Vec<LogColumn>,
+    /// When a message said that it has no value, s, of each column; of those that never do it may be left out.
+    pub none_s: Vec<Vec<f64>>,
 }
 
 /// A gap of more than so many usual intervals is not bridged: the recording's layout begins a new stretch there.
@@ -25,6 +27,21 @@ const GAP_INTERVALS: f64 = 10.0;
 const BEGINS_ANEW: f64 = 0.5;
 
 impl Stream {
+    /// How often columns had no value, one sentence each.
+    fn nones(&self) -> Vec<String> {
+        let all = self.columns.iter().zip(&self.none_s);
+        let some = all.filter(|(_, none_s)| !none_s.is_empty());
+        let told = |(column, none_s): (&LogColumn, &Vec<f64>)| {
+            let (name, of) = (&column.name, self.t_s.len());
+            format!(
+                "{} of {of} messages {} say that {name} has no value",
+                none_s.len(),
+                self.name
+            )
+        };
+        some.map(told).collect()
+    }
+
     /// True if a `--column` with this source means one of its columns.
     fn is_source(&self, source: &str) -> bool {
         let means = |name: &str| {
@@ -110,6 +127,7 @@ pub fn together(
             told.join(", ")
         ));
     }
+    notes.extend(streams.iter().flat_map(Stream::nones));
     for stream in streams.iter_mut().filter(|stream| !stream.name.is_empty()) {
         for column in &mut stream.columns {
             column.name = format!("{}.{}", stream.name, column.name);
@@ -129,8 +147,10 @@ pub fn together(
         let others = stream
             .columns
             .iter()
-            .filter(|column| column.numbers.iter().any(|number| number.is_finite()));
-        columns.extend(others.map(|column| interpolated(column, &stream, &rows.t_s, &rows.name)));
+            .enumerate()
+            .filter(|(_, column)| column.numbers.iter().any(|number| number.is_finite()));
+        columns
+            .extend(others.map(|(place, _)| interpolated(place, &stream, &rows.t_s, &rows.name)));
     }
     let mut log = Log::of_columns(file, columns)?;
     (log.form, log.lines, log.notes) = (form, rows.lines, notes);
@@ -139,6 +159,8 @@ pub fn together(
 
 /// Messages in the order of their times.
 fn sort(stream: &mut Stream) {
+    let all = stream.none_s.iter_mut();
+    all.for_each(|none_s| none_s.sort_by(f64::total_cmp));
     if stream.t_s.is_sorted() {
         return;
     }
@@ -162,7 +184,13 @@ fn sort(stream: &mut Stream) {
 }
 
 /// A column at other times than its own.
-fn interpolated(column: &LogColumn, stream: &Stream, t_s: &[f64], rows: &str) -> LogColumn {
+fn interpolated(place: usize, stream: &Stream, t_s: &[f64], rows: &str) -> LogColumn {
+    let column = &stream.columns[place];
+    let none_s = stream.none_s.get(place).map_or(&[][..], Vec::as_slice);
+    let is_told = |from_s: f64, until_s: f64| {
+        let first = none_s.partition_point(|t_s| *t_s <= from_s);
+        none_s.get(first).is_none_or(|t_s| *t_s >= until_s)
+    };
     let points: Vec<[f64; 2]> = stream
         .t_s
         .iter()
@@ -183,7 +211,7 @@ fn interpolated(column: &LogColumn, stream: &Stream, t_s: &[f64], rows: &str) ->
     let longest_s = GAP_INTERVALS * intervals.get(intervals.len() / 2).copied().unwrap_or(0.0);
     let bridged = |[t0, x0]: [f64; 2], [t1, x1]: [f64; 2]| {
         let turns = (x1 - x0).abs() > BEGINS_ANEW * (high - low) && high > low;
-        t1 - t0 <= longest_s && !turns
+        t1 - t0 <= longest_s && !turns && is_told(t0, t1)
     };
     let mut next = 0;
     let value = |t_s: &f64| {
@@ -252,6 +280,7 @@ mod tests {
                 numbers: points.iter().map(|point| point[1]).collect(),
                 ..LogColumn::default()
             }],
+            none_s: Vec::new(),
         }
     }
 
@@ -326,6 +355,26 @@ mod tests {
             error.to_string(),
             "a: found no messages \"none\", wanted --rows-of one of slow"
         );
+    }
+
+    /// What has no value is not bridged by its neighbours.
+    #[test]
+    fn nothing_is_interpolated_over_a_message_without_a_value() {
+        let fast: Vec<[f64; 2]> = (0..40).map(|row| [f64::from(row), 0.0]).collect();
+        let points = [0.5, 2.5, 4.5, 6.5, 8.5, 10.5]
+            .map(|t_s| [t_s, if t_s == 4.5 { f64::NAN } else { t_s }]);
+        let mut slow = stream("slow", &points, "x");
+        let read = |slow: &Stream| {
+            let streams = vec![slow.clone(), stream("fast", &fast, "x")];
+            together(Path::new("a"), "a test", streams, &Beside::default()).unwrap()
+        };
+        assert_eq!(read(&slow).columns[2].numbers[3..7], [3.0, 4.0, 5.0, 6.0]);
+        slow.none_s = vec![vec![4.5]];
+        let log = read(&slow);
+        assert_eq!(log.columns[2].numbers[1..3], [1.0, 2.0]);
+        assert!(log.columns[2].numbers[3..7].iter().all(|x| x.is_nan()));
+        let told = "1 of 6 messages slow say that x has no value";
+        assert!(log.notes.iter().any(|note| note == told), "{:?}", log.notes);
     }
 
     #[test]

@@ -107,3 +107,26 @@ fn senders_are_told_apart_where_the_dbc_file_names_none() {
     assert_eq!(names, ["time", "Heading_80.Place", "Heading_7F.Place"]);
     assert_eq!(places, [1.0, 2.0]);
 }
+
+/// All bits set are "not available" on a bus of SAE J1939, and a reading elsewhere.
+#[test]
+fn what_is_not_available_is_no_reading() {
+    let read = |id: u32, frame: &str| {
+        let text = format!("BO_ {id} Heading: 8 X\n SG_ Place : 8|16@1+ (0.5,0) [0|0] \"deg\" X\n");
+        let beside = Beside {
+            dbc: Some(("a.dbc".into(), text)),
+            ..Beside::default()
+        };
+        let frames = format!("(1.0) can0 {frame}#000200\n(1.1) can0 {frame}#00FFFF\n");
+        let log = read_with(Path::new("a.log"), frames.as_bytes(), &beside).unwrap();
+        (log.columns[1].numbers.clone(), log.notes)
+    };
+    let (places, notes) = read(2_582_713_086, "09F11280");
+    assert!(places[0] == 1.0 && places[1].is_nan());
+    assert_eq!(
+        notes,
+        ["1 of 2 messages Heading say that Place has no value"]
+    );
+    let (places, notes) = read(0x123, "123");
+    assert_eq!((places, notes.len()), (vec![1.0, 32_767.5], 0));
+}
