@@ -3,6 +3,7 @@
 //! Part of `cargo xtask nightly`, and alone `cargo xtask mcap`.
 
 mod readers;
+mod rosbags;
 
 use crate::arm;
 use crate::cargo::cargo;
@@ -65,6 +66,7 @@ pub fn nightly() -> Result<()> {
     );
     cut(&command, folder)?;
     readers::with_python(&command, folder)?;
+    rosbags::with_rosbags(&command, folder)?;
     readers::with_foxglove(folder)
 }
 
