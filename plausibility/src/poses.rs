@@ -107,8 +107,8 @@ impl Poses {
         })
     }
 
-    /// A response's weights, the axes that move, and its fit by them. Where the courier went along one line alone, axes do the same, and it is by
-    /// its own axis and the angle.
+    /// A response's weights, the axes that move, and its fit by them. Where the courier went along one line alone, x and y move in proportion, and
+    /// neither's share is told: the response is then fitted by its own axis and the angle.
     fn fitted(&self, view: &View, response: usize) -> Option<(DVector<f64>, Vec<usize>, Fit)> {
         let weights = view.response(response, self.width)?;
         self.axis[response]?;

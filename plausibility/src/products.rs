@@ -113,11 +113,11 @@ fn pseudo_inverse(matrix: DMatrix<f64>, singular: f64) -> DMatrix<f64> {
     PseudoInverse::new(matrix, singular).matrix
 }
 
-/// The inverse of a symmetric matrix in the directions that it tells.
+/// The inverse of a symmetric matrix, in the directions whose eigenvalues are not next to zero.
 struct PseudoInverse {
     /// The inverse; zero in all other directions.
     matrix: DMatrix<f64>,
-    /// For each row, its share of the directions that are not told, as a square.
+    /// For each row, which share of its square lies in the other directions, 0 to 1.
     untold: DVector<f64>,
 }
 
@@ -148,9 +148,11 @@ impl PseudoInverse {
     }
 }
 
-/// Regressors that differ in less than this share of their squares are one. Derived from 16 digits: products keep eight of what is left.
+/// Regressors that differ by less than this share of their squares are taken for one. Derived from 16 digits: of a difference as small as that
+/// the products keep eight.
 const COLLINEAR_SHARE: f64 = 1.0e-8;
-/// A coefficient that has this share, or more, in directions that are not told is not told. A prior: a tenth of its amplitude.
+/// A coefficient is not told where this share of its square, or more, lies in directions that the rows do not tell. A prior: a tenth of its
+/// amplitude.
 const UNTOLD_SHARE: f64 = 0.01;
 
 /// A least-squares fit of one combination of columns by others.

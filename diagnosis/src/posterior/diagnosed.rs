@@ -272,8 +272,7 @@ fn about_what_was_found<'a>(
     (next, seen)
 }
 
-/// The same with more told of the effects of the best set, one after the other, where that is likelier altogether if no form lacks anything: both
-/// are of the same rows. Of one effect that leaves nothing but noise no more is asked.
+/// The same with more told of the effects of the best set, one after the other, where that is preferred ([`Look::is_preferred_to`]). Of one effect that leaves nothing but noise no more is asked.
 fn told_more<'a>(prepared: &'a Prepared, options: &Options, mut here: Look<'a>) -> Look<'a> {
     let mut ways = fuller::ways().into_iter();
     while let Some((way, with)) = fuller_than(prepared, options, &here, &mut ways) {
@@ -284,8 +283,8 @@ fn told_more<'a>(prepared: &'a Prepared, options: &Options, mut here: Look<'a>) 
     here
 }
 
-/// The next of some ways by which the comparison is likelier if no form lacks anything, with that comparison; none where none of them is, or no
-/// more is asked.
+/// The next of some ways to tell more by which the comparison is preferred, with that comparison; none where there is no such way, or no more is
+/// asked.
 fn fuller_than<'a>(
     prepared: &'a Prepared,
     options: &Options,
@@ -307,12 +306,12 @@ fn fuller_than<'a>(
             field: has_knots(&inputs),
             ..DesignOptions::default()
         };
-        if !trial.tells_more(&point, told) {
+        if !trial.is_preferred(&point, told) {
             continue;
         }
         let with = look(prepared, options, &point, told);
         log(&compared(here, &with));
-        if with.tells_more_than(here) {
+        if with.is_preferred_to(here) {
             return Some((way, with));
         }
     }

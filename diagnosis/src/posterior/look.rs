@@ -94,9 +94,9 @@ impl<'a> Look<'a> {
         self.in_metres(self.weighing.log_evidence_of_forms())
     }
 
-    /// True if what is told more in it than in another is told for good: it is the likelier if no form lacks anything, or does the same with fewer
-    /// effects.
-    pub(super) fn tells_more_than(&self, other: &Self) -> bool {
+    /// True if it is preferred to one in which less is told of the effects: it is the likelier if no form lacks anything, or does the same with
+    /// fewer effects.
+    pub(super) fn is_preferred_to(&self, other: &Self) -> bool {
         let likelier = self.log_evidence_of_forms() > other.log_evidence_of_forms();
         likelier || self.weighing.does_with_fewer(&other.weighing)
     }

@@ -1,4 +1,4 @@
-//! What may be changed in a comparison, tried among the blocks alone that count in it.
+//! A change of a comparison (another point, more told of an effect), tried among those blocks alone that count in it.
 
 use super::look::{Look, compared, look};
 use crate::data::prepare::Prepared;
@@ -53,11 +53,12 @@ impl<'s, 'a> Trial<'s, 'a> {
         log_evidence(&self.with(point, told)) > log_evidence(&self.here)
     }
 
-    /// True if what is told more is told for good.
-    pub(super) fn tells_more(&self, point: &LinearizationPoint, told: DesignOptions) -> bool {
-        self.with(point, told).tells_more_than(&self.here)
+    /// True if it is preferred with more told of the effects.
+    pub(super) fn is_preferred(&self, point: &LinearizationPoint, told: DesignOptions) -> bool {
+        self.with(point, told).is_preferred_to(&self.here)
     }
 
+    /// The comparison among the same blocks about a point, with more told.
     fn with(&self, point: &LinearizationPoint, told: DesignOptions) -> Look<'a> {
         let told = DesignOptions {
             previous_inputs: Some(told.previous_inputs.unwrap_or(self.inputs)),

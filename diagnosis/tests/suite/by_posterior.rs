@@ -1,5 +1,6 @@
 //! Answers on which the posterior decides, on short recordings of one segment beside a reference.
 
+use crate::forms::channel_turns;
 use crate::rings::{Ring, named, recorded};
 use diagnosis::selection::by_posterior::diagnose_by_posterior;
 use diagnosis::verdict::answer::Verdict;
@@ -47,6 +48,21 @@ fn a_hum_is_no_noise() {
         assert_eq!(answer.diagnosis.place[0].coordinate, "frequency");
         assert!(answer.diagnosis.effects.is_empty());
     }
+}
+
+/// A channel that turns with the angle is one effect in a fuller form. A change with the angle and a wrong span predict the same of it, and Occam's
+/// factor alone is for these two.
+#[test]
+fn fewer_effects_that_do_the_same_are_told() {
+    let [first, _] = channel_turns(14);
+    let (answer, _) = diagnose_by_posterior(&first, "first", &Options::default(), false);
+    let names: Vec<&str> = answer
+        .diagnosis
+        .effects
+        .iter()
+        .map(|e| e.name.as_str())
+        .collect();
+    assert_eq!(names, ["angle_dependence"]);
 }
 
 /// A ring at one speed: what follows its poles has lines in the spectrum, which speak against no field.

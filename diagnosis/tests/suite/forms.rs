@@ -296,11 +296,16 @@ fn harmonics_that_bend_over_the_angle_are_told() {
     harmonics_bend(5, 25.0);
 }
 
-fn a_channel_turns(seed: u64) {
+/// Of a courier of which one channel of each pair turns against the other with the angle.
+pub fn channel_turns(seed: u64) -> [Recording; 2] {
     let turning = |_: &Plan| Turning {
         per_rad: [4.0, -1.5, 0.5, 3.0],
     };
-    is_told(&recordings(seed, turning), "angle_dependence");
+    recordings(seed, turning)
+}
+
+fn a_channel_turns(seed: u64) {
+    is_told(&channel_turns(seed), "angle_dependence");
 }
 
 #[test]
