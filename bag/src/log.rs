@@ -80,6 +80,8 @@ struct Topic {
     logged_s: Vec<f64>,
     stamped_s: Vec<f64>,
     columns: Vec<LogColumn>,
+    /// Rows whose message gives a column a number that is none, of each column.
+    nones: Vec<Vec<usize>>,
     by_name: HashMap<String, usize>,
     long: Vec<String>,
     spoilt: usize,
@@ -107,6 +109,7 @@ impl Topic {
             logged_s: Vec::new(),
             stamped_s: Vec::new(),
             columns: Vec::new(),
+            nones: Vec::new(),
             by_name: HashMap::new(),
             long: Vec::new(),
             spoilt: 0,
@@ -140,10 +143,15 @@ impl Topic {
                 (i128::from(stamp) - i128::from(first_ns)) as f64 * 1e-9
             }));
         for (name, number) in values.numbers {
-            self.column(name, row).numbers.push(number);
+            let place = self.place(name, row);
+            self.columns[place].numbers.push(number);
+            if !number.is_finite() {
+                self.nones[place].push(row);
+            }
         }
         for (name, word) in values.words {
-            let column = self.column(name, row);
+            let place = self.place(name, row);
+            let column = &mut self.columns[place];
             column.numbers.push(f64::NAN);
             column.words.push((row, word));
         }
@@ -157,20 +165,21 @@ impl Topic {
         }
     }
 
-    /// The column of this name, filled up to a row.
-    fn column(&mut self, name: String, row: usize) -> &mut LogColumn {
-        let columns = &mut self.columns;
+    /// Number of the column of this name, which is filled up to a row.
+    fn place(&mut self, name: String, row: usize) -> usize {
+        let (columns, nones) = (&mut self.columns, &mut self.nones);
         let place = *self.by_name.entry(name).or_insert_with_key(|name| {
             columns.push(LogColumn {
                 name: name.clone(),
                 ..LogColumn::default()
             });
+            nones.push(Vec::new());
             columns.len() - 1
         });
-        let column = &mut columns[place];
         // A second value of one name in one message takes the place of the first.
-        column.numbers.resize(row, f64::NAN);
-        column
+        columns[place].numbers.resize(row, f64::NAN);
+        nones[place].pop_if(|of| *of == row);
+        place
     }
 
     fn left_aside(&self) -> Option<String> {
@@ -216,16 +225,19 @@ impl Topic {
 
     fn stream(self, stamped: bool) -> Stream {
         let has_stamps = stamped && self.stamped_s.iter().all(|stamp| stamp.is_finite());
+        let lines = (1..=self.rows() as u64).collect();
+        let t_s = if has_stamps {
+            self.stamped_s
+        } else {
+            self.logged_s
+        };
+        let times = |rows: &Vec<usize>| rows.iter().map(|row| t_s[*row]).collect();
         Stream {
-            lines: (1..=self.rows() as u64).collect(),
+            none_s: self.nones.iter().map(times).collect(),
+            lines,
             name: self.name,
-            t_s: if has_stamps {
-                self.stamped_s
-            } else {
-                self.logged_s
-            },
+            t_s,
             columns: self.columns,
-            none_s: Vec::new(),
         }
     }
 }

@@ -201,3 +201,49 @@ fn files_that_are_cut_or_spoilt_end_in_a_log_or_in_one_line() {
         }
     }
 }
+
+/// The messages of one topic with a value each, and of another with a value at every third, written in JSON and read as a log.
+fn log_of_json(values: [&str; 9]) -> Log {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("values.mcap");
+    let mut writer = mcap::Writer::new(std::fs::File::create(&path).unwrap()).unwrap();
+    let mut channel = |topic: &str| {
+        let channel = writer.add_channel(0, topic, "json", &Default::default());
+        channel.unwrap()
+    };
+    let [fast, slow] = ["/fast", "/slow"].map(&mut channel);
+    let mut write = |channel_id: u16, k: u32, text: String| {
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence: k,
+            log_time: u64::from(k) * 1_000_000,
+            publish_time: u64::from(k) * 1_000_000,
+        };
+        writer
+            .write_to_known_channel(&header, text.as_bytes())
+            .unwrap();
+    };
+    for k in 0..27 {
+        write(fast, k, format!("{{\"x\": {k}}}"));
+        if k % 3 == 0 {
+            write(slow, k, format!("{{{}}}", values[k as usize / 3]));
+        }
+    }
+    writer.finish().unwrap();
+    bag::log(&path, &Beside::default()).unwrap()
+}
+
+/// A message that has no number for a value is not bridged by its neighbours; one that leaves the value out says nothing of it.
+#[test]
+fn nothing_is_interpolated_over_what_is_no_number() {
+    let mut values = ["\"y\": 1.0"; 9];
+    values[2] = "\"y\": null";
+    values[5] = "\"z\": 0.0";
+    let log = log_of_json(values);
+    let column = log.columns.iter().find(|column| column.name == "/slow.y");
+    let numbers = &column.unwrap().numbers;
+    let missing: Vec<usize> = (0..25).filter(|row| numbers[*row].is_nan()).collect();
+    assert_eq!(missing, [4, 5, 6, 7, 8]);
+    let told = "1 of 9 messages /slow say that y has no value";
+    assert!(log.notes.iter().any(|note| note == told), "{:?}", log.notes);
+}
