@@ -1,12 +1,15 @@
 //! What many recordings tell together, and what each told by itself.
 
 use crate::functions::{Cells, Function, field_functions, own_functions_of, value, visited};
+use crate::homogeneity::{Fits, fits};
 use crate::judge::held_out_m;
 use crate::key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
 use crate::member::Member;
 use crate::passes::Fitted;
+use crate::shown::Spent;
 use crate::solve::{Posterior, solve};
 use crate::state::State;
+use crate::sums::noise_in_force;
 use anyhow::Result;
 use courier_sensor::frame::SEGMENTS;
 use rayon::prelude::*;
@@ -58,6 +61,8 @@ pub struct CourierAnswer {
     pub courier: Name,
     /// Its recordings.
     pub recordings: usize,
+    /// How well it fits the fields that it shares with other couriers.
+    pub fits: Fits,
     /// Predicted deviation of its own waves, equations (3) and (9), rms over a tooth and the segments, m: the value is the waves' own rms.
     pub waves_m: Told,
 
@@ -168,7 +173,7 @@ impl View<'_> {
 
     fn recording(&self, i: usize) -> RecordingAnswer {
         let member = &self.members[i];
-        let noise = &self.fitted.noise[i];
+        let noise = noise_in_force(member, &self.fitted.state);
         RecordingAnswer {
             recording: member.recording.clone(),
             courier: member.courier.clone(),
@@ -208,6 +213,7 @@ impl View<'_> {
 
     fn couriers(&self) -> Vec<CourierAnswer> {
         let names: BTreeSet<&Name> = self.members.iter().map(|m| &m.courier).collect();
+        let spent = Spent::of(self.posterior().shares_left());
         let of_one = |name: &Name| {
             let of = self.those(|member| member.courier == *name);
             let [_, _, _, _, (_, span_m), (_, apart_m)] =
@@ -215,6 +221,7 @@ impl View<'_> {
             CourierAnswer {
                 courier: name.clone(),
                 recordings: of.len(),
+                fits: fits(self.members, self.fitted, &spent, &of),
                 waves_m: self.waves(&of),
                 span_m: self.less_mean(&of, SPAN, span_m),
                 spans_apart_m: self.less_mean(&of, SPANS_APART, apart_m),

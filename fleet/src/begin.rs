@@ -4,7 +4,7 @@ use crate::key::{Key, Name};
 use crate::member::Member;
 use crate::solve::solve;
 use crate::state::{Placed, State, sensors_of};
-use crate::step::{advanced, is_settled, shown};
+use crate::step::{advanced, is_settled};
 use crate::sums::{Sums, sums_of};
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
@@ -67,13 +67,18 @@ pub fn begin(member: &Member) -> Result<Beginning> {
     };
     let plain = state.clone();
     let (sums, solution) = loop {
-        let (sums, noise) = sums_of(member, &state);
+        let (sums, shown) = sums_of(member, &state);
         let of_it = BTreeMap::from([(member.platen.clone(), sums.clone())]);
         let solution = solve(&of_it, &state, 0.0).with_context(|| member.recording.clone())?;
         if is_settled(&state, &solution) || state.steps == STEPS_ALONE {
             break (sums, solution);
         }
-        state = advanced(&of_it, &state, &solution, [shown(member, &noise)])?;
+        state = advanced(
+            &of_it,
+            &state,
+            &solution,
+            [(member.recording.clone(), shown)],
+        )?;
     };
     // What is fitted is b = o' + l, where the platen sensor is under the beacon at angle zero.
     let beacon = [0, 1].map(|axis| {

@@ -16,13 +16,14 @@
 //! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
 //! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state; once the
 //! fields are near, teeth under the likeliest `aperture` take the place of splines) -> `passes` (until settled) -> `judge` (held-out
-//! poses) -> `answer`. `part` is the same for an engine that forms sums on many computers.
+//! poses) -> `answer`, with each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
 
 mod answer;
 mod aperture;
 mod begin;
 mod field_information;
 mod functions;
+mod homogeneity;
 mod judge;
 mod key;
 mod linearised;
@@ -30,6 +31,7 @@ mod member;
 mod part;
 mod passes;
 mod register;
+mod shown;
 mod solve;
 mod state;
 mod step;
@@ -40,11 +42,13 @@ pub use begin::{Beginning, begin};
 pub use functions::{
     Cells, Function, field_functions, off_plane, own_functions_of, value, visited,
 };
+pub use homogeneity::Fits;
 pub use key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
 pub use member::Member;
 pub use part::{Part, Progress};
 pub use passes::{Fitted, at, bound, fit};
 pub use register::register;
+pub use shown::Shown;
 pub use solve::{Posterior, Solution, solve};
 pub use state::State;
 pub use sums::{Sums, sums_of};

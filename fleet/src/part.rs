@@ -4,16 +4,17 @@ use crate::begin::{Beginning, begin};
 use crate::key::{Name, Platen};
 use crate::member::Member;
 use crate::register::register;
+use crate::shown::Shown;
 use crate::solve::solve;
 use crate::state::State;
-use crate::step::{advanced, is_settled, shown};
+use crate::step::{advanced, is_settled};
 use crate::sums::{Sums, sums_of};
 use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Version of the file. By definition of its layout.
-const VERSION: u64 = 2;
+const VERSION: u64 = 3;
 
 /// What some recordings give: what each says by itself, before there is a state; their sums at a state, once there is one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -23,7 +24,7 @@ pub struct Part {
     steps: Option<u32>,
     beginnings: Vec<Beginning>,
     sums: Vec<(Platen, Sums)>,
-    noise_m: BTreeMap<Name, [f64; 2]>,
+    shown: BTreeMap<Name, Shown>,
 }
 
 /// How far a fit is.
@@ -49,7 +50,7 @@ impl Part {
             steps: None,
             beginnings: Vec::new(),
             sums: Vec::new(),
-            noise_m: BTreeMap::new(),
+            shown: BTreeMap::new(),
         };
         let Some(state) = state else {
             part.beginnings.push(begin(member)?);
@@ -60,10 +61,10 @@ impl Part {
             "{}: found it in no recording of the state, wanted one from whose parts the state was made",
             member.recording
         );
-        let (sums, noise) = sums_of(member, state);
+        let (sums, shown) = sums_of(member, state);
         part.steps = Some(state.steps);
         part.sums.push((member.platen.clone(), sums));
-        part.noise_m.extend([shown(member, &noise)]);
+        part.shown.insert(member.recording.clone(), shown);
         Ok(part)
     }
 
@@ -83,13 +84,13 @@ impl Part {
                 words(whole.steps),
                 words(part.steps)
             );
-            for name in part.noise_m.keys() {
+            for name in part.shown.keys() {
                 ensure!(
-                    !whole.noise_m.contains_key(name),
+                    !whole.shown.contains_key(name),
                     "{name}: found it in two parts, wanted it in one"
                 );
             }
-            whole.noise_m.extend(part.noise_m);
+            whole.shown.extend(part.shown);
             whole.beginnings.extend(part.beginnings);
             for (platen, sums) in part.sums {
                 match whole.sums.iter_mut().find(|(name, _)| *name == platen) {
@@ -120,7 +121,7 @@ impl Part {
                 if let Some(name) = state
                     .recordings
                     .keys()
-                    .find(|name| !self.noise_m.contains_key(*name))
+                    .find(|name| !self.shown.contains_key(*name))
                 {
                     bail!("{name}: found it in no part, wanted all recordings of the state");
                 }
@@ -132,7 +133,7 @@ impl Part {
                     is_settled: is_settled(state, &solution),
                 };
                 Ok((
-                    advanced(&sums, state, &solution, self.noise_m.clone())?,
+                    advanced(&sums, state, &solution, self.shown.clone())?,
                     progress,
                 ))
             }

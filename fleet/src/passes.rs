@@ -4,14 +4,14 @@ use crate::begin::{Beginning, begin};
 use crate::key::Platen;
 use crate::member::Member;
 use crate::register::register;
+use crate::shown::Shown;
 use crate::solve::{Posterior, Solution, solve};
 use crate::state::State;
-use crate::step::{advanced, is_settled, shown};
+use crate::step::{advanced, is_settled};
 use crate::sums::{Sums, sums_by_noise, sums_of};
 use anyhow::Result;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use tooth_map::Noise;
 
 /// Steps of one fit, at most. A bound on the work: four times what the longest of the tests takes; the answer says where a fit
 /// has not settled by then (`is_settled`).
@@ -25,8 +25,8 @@ pub struct Fitted {
     pub state: State,
     /// Sums of each recording, in the order of the members.
     pub sums: Vec<Sums>,
-    /// Noise that each recording shows.
-    pub noise: Vec<Noise>,
+    /// What the poses of each recording leave there.
+    pub shown: Vec<Shown>,
     /// The last step and what it leaves open.
     pub solution: Solution,
 }
@@ -49,9 +49,10 @@ pub fn fit(members: &[Member], tick: &(dyn Fn() + Sync)) -> Result<Fitted> {
     let mut fitted = at(members, beginnings, None)?;
     tick();
     while !fitted.is_settled() && fitted.state.steps < STEPS {
-        let noise = members.iter().zip(&fitted.noise).map(|(m, n)| shown(m, n));
+        let names = members.iter().map(|m| m.recording.clone());
+        let shown = names.zip(fitted.shown.iter().copied());
         let sums = by_platen(members, &fitted.sums);
-        let state = advanced(&sums, &fitted.state, &fitted.solution, noise)?;
+        let state = advanced(&sums, &fitted.state, &fitted.solution, shown)?;
         fitted = at(members, fitted.beginnings, Some(state))?;
         tick();
     }
@@ -67,14 +68,14 @@ pub fn at(members: &[Member], beginnings: Vec<Beginning>, state: Option<State>) 
         Some(state) => state,
         None => register(&beginnings)?,
     };
-    let of_each: Vec<(Sums, Noise)> = members.par_iter().map(|m| sums_of(m, &state)).collect();
-    let (sums, noise): (Vec<Sums>, Vec<Noise>) = of_each.into_iter().unzip();
+    let of_each: Vec<(Sums, Shown)> = members.par_iter().map(|m| sums_of(m, &state)).collect();
+    let (sums, shown): (Vec<Sums>, Vec<Shown>) = of_each.into_iter().unzip();
     let solution = solve(&by_platen(members, &sums), &state, 0.0)?;
     Ok(Fitted {
         beginnings,
         state,
         sums,
-        noise,
+        shown,
         solution,
     })
 }
@@ -93,7 +94,7 @@ pub fn by_platen(members: &[Member], sums: &[Sums]) -> BTreeMap<Platen, Sums> {
     all
 }
 
-/// What no estimate can do better than: the posterior by the readings' noise alone.
+/// What no estimate can do better than: the posterior by the readings' noise alone, as the recordings state it.
 ///
 /// # Errors
 /// A reading is no number.

@@ -196,24 +196,76 @@ impl Posterior {
     /// sum adds nothing.
     #[must_use]
     pub fn deviation(&self, platen: &Platen, function: &[(Key, f64)]) -> f64 {
+        self.root(platen, function)
+            .iter()
+            .map(|part| part.norm_squared())
+            .sum::<f64>()
+            .sqrt()
+    }
+
+    /// Predicted covariance of such functions of one platen.
+    #[must_use]
+    pub fn covariance(&self, platen: &Platen, functions: &[Vec<(Key, f64)>]) -> DMatrix<f64> {
+        let roots = functions.iter().map(|f| self.root(platen, f));
+        let (own, of_couriers): (Vec<_>, Vec<_>) = roots.map(|[own, rest]| (own, rest)).unzip();
+        let count = functions.len();
+        let mut covariance = DMatrix::zeros(count, count);
+        for columns in [own, of_couriers] {
+            if !columns.is_empty() {
+                let root = DMatrix::from_columns(&columns);
+                covariance += root.transpose() * root;
+            }
+        }
+        covariance
+    }
+
+    /// What is left of each unknown's prior variance, by key.
+    #[must_use]
+    pub fn shares_left(&self) -> Vec<(Platen, Key, f64)> {
+        let courier = self.factor.clone().lower_inverse();
+        let each = self.couriers.iter();
+        let mut shares: Vec<(Platen, Key, f64)> = each
+            .map(|(key, (at, _))| {
+                (
+                    Platen::default(),
+                    key.clone(),
+                    courier.column(*at).norm_squared(),
+                )
+            })
+            .collect();
+        for (platen, eliminated) in &self.platens {
+            let with = &courier * (eliminated.with_couriers.transpose() * &eliminated.half);
+            shares.extend(eliminated.own.iter().map(|(key, (at, _))| {
+                let own = eliminated.half.column(*at).norm_squared();
+                (
+                    platen.clone(),
+                    key.clone(),
+                    own + with.column(*at).norm_squared(),
+                )
+            }));
+        }
+        shares
+    }
+
+    /// Vectors whose products with those of another function make the covariance of both: of the platen's unknowns and of the couriers'.
+    fn root(&self, platen: &Platen, function: &[(Key, f64)]) -> [DVector<f64>; 2] {
         let mut of_couriers = DVector::zeros(self.couriers.len());
         for (key, weight) in function {
             if let Some((at, unit)) = self.couriers.get(key) {
                 of_couriers[*at] += weight * unit;
             }
         }
-        let mut own = 0.0;
+        let mut own = DVector::zeros(0);
         if let Some(eliminated) = self.platens.get(platen) {
-            let mut half = DVector::zeros(eliminated.half.nrows());
+            own = DVector::zeros(eliminated.half.nrows());
             for (key, weight) in function {
                 if let Some((at, unit)) = eliminated.own.get(key) {
-                    half.axpy(weight * unit, &eliminated.half.column(*at), 1.0);
+                    own.axpy(weight * unit, &eliminated.half.column(*at), 1.0);
                 }
             }
-            own = half.norm_squared();
-            of_couriers -= eliminated.with_couriers.tr_mul(&half);
+            of_couriers -= eliminated.with_couriers.tr_mul(&own);
         }
-        own.sqrt().hypot(self.factor.deviation(&of_couriers))
+        [own, self.factor.half(&of_couriers)]
     }
 }
 

@@ -19,7 +19,7 @@ const RULING: f64 = 3.0e-6 / 5.0e-3;
 const BOW_PER_M: f64 = 3.0e-6 / (2.5e-3 * 2.5e-3);
 
 /// Version of a state's file. By definition of its layout.
-pub const STATE_VERSION: u64 = 2;
+pub const STATE_VERSION: u64 = 3;
 
 /// What is known of an unknown before the data, in its own unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -164,20 +164,13 @@ impl State {
         placed.map_or([0; 2], |placed| placed.shift_teeth)
     }
 
-    /// Recordings of a courier, and over a platen.
+    /// Recordings of a recording's courier, and over its platen.
     #[must_use]
-    pub fn counts(&self, member: &Member) -> [usize; 2] {
-        let of = |same: &dyn Fn(&Placed) -> bool| {
-            self.recordings
-                .values()
-                .filter(|placed| same(placed))
-                .count()
-                .max(1)
-        };
-        [
-            of(&|placed| placed.courier == member.courier),
-            of(&|placed| placed.platen == member.platen),
-        ]
+    pub fn counts(&self, of: &Placed) -> [f64; 2] {
+        let all = self.recordings.values();
+        let courier = all.clone().filter(|other| other.courier == of.courier);
+        let platen = all.filter(|other| other.platen == of.platen);
+        [courier.count(), platen.count()].map(|count| count.max(1) as f64)
     }
 }
 

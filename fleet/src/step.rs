@@ -2,13 +2,12 @@
 
 use crate::aperture::likeliest;
 use crate::key::{Key, Name, Platen};
-use crate::member::Member;
+use crate::shown::{Shown, Spent};
 use crate::solve::{Solution, solve};
 use crate::state::State;
 use crate::sums::Sums;
 use anyhow::Result;
 use std::collections::BTreeMap;
-use tooth_map::Noise;
 
 /// Settled when the squares fall by no more than this. Derived from the deviations that the data leave: no combination of
 /// unknowns then moves by a tenth of its own.
@@ -45,7 +44,7 @@ pub fn advanced(
     sums: &BTreeMap<Platen, Sums>,
     state: &State,
     solution: &Solution,
-    noise_m: impl IntoIterator<Item = (Name, [f64; 2])>,
+    shown: impl IntoIterator<Item = (Name, Shown)>,
 ) -> Result<State> {
     let is_near = solution.decrement < SETTLED_FOR_NOISE;
     if is_near && state.noise_told > 0 && !state.is_aperture_told {
@@ -53,7 +52,11 @@ pub fn advanced(
     }
     if is_near && state.noise_told < NOISE_TOLD {
         let mut next = state.clone();
-        next.noise_m.extend(noise_m);
+        let spent = Spent::of(solution.posterior.shares_left());
+        next.noise_m.extend(shown.into_iter().map(|(name, shown)| {
+            let noise = shown.noise(&name, state, &spent);
+            (name, [noise.segment_m, noise.displacement_m])
+        }));
         next.noise_told += 1;
         next.steps += 1;
         // Other weights make other squares.
@@ -93,10 +96,4 @@ fn under_aperture(sums: &BTreeMap<Platen, Sums>, state: &State) -> State {
         next.before = None;
     }
     next
-}
-
-/// A recording's name and the noise that it showed: of a segment and of a displacement, m.
-pub(crate) fn shown(member: &Member, noise: &Noise) -> (Name, [f64; 2]) {
-    let noise_m = [noise.segment_m, noise.displacement_m];
-    (member.recording.clone(), noise_m)
 }

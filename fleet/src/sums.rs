@@ -3,12 +3,13 @@
 use crate::key::Key;
 use crate::linearised::AtState;
 use crate::member::Member;
+use crate::shown::Shown;
 use crate::state::{Prior, State, further};
 use anyhow::{Result, ensure};
 use normal_equations::symmetric::Symmetric;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
-use tooth_map::{FIRST_NOISE, Linear, Noise, add_rows, noise_shown, places, products};
+use tooth_map::{FIRST_NOISE, Linear, Noise, add_rows, places, products};
 
 /// What a field of cubic B-splines a pitch apart cannot follow of independent teeth under a smooth aperture of five to seven, as
 /// a share of the field. As was measured by a least-squares fit of drawn fields: 1.6 % along and across each. Under an aperture
@@ -20,8 +21,6 @@ const INEXACTNESS_OF_APERTURE: f64 = 0.007;
 /// Pitches over which that error is one. As was measured on the same drawn fields, the sum of its autocorrelation is 0.45 to 0.52
 /// of them.
 const PLACE_PITCHES: f64 = 0.5;
-/// Most of a recording's equations that its unknowns are taken to have spent: the tooth map's limit, without data.
-const MOST_SPENT: f64 = 0.5;
 
 /// Normal equations of some recordings over one platen, at one state. Columns are counted in the deviations of their priors, which
 /// are not in the sums.
@@ -39,22 +38,24 @@ pub struct Sums {
     pub poses: usize,
 }
 
-/// Sums of one recording at a state, and the noise that is to weigh its poses once the fit has settled with that in force.
+/// Sums of one recording at a state, and what its poses leave there, by which they are to be weighed once the fit has settled with the noise that
+/// is in force.
 #[must_use]
-pub fn sums_of(member: &Member, state: &State) -> (Sums, Noise) {
+pub fn sums_of(member: &Member, state: &State) -> (Sums, Shown) {
     let at = AtState::new(member, state);
     let lines: Vec<Linear> = member.poses.iter().map(|pose| at.linear(pose)).collect();
     let weighing = with_inexactness(member, state, &noise_in_force(member, state));
-    let told = noise_told(member, state, &at, &lines);
-    (weighed(member, state, &at, &lines, &weighing), told)
+    let sums = weighed(member, state, &at, &lines, &weighing);
+    (sums, Shown::of(member, &lines))
 }
 
-/// The same sums as if nothing but the readings' noise were wrong: no estimate can be better than what they leave (the Cramér-Rao bound).
+/// The same sums as if nothing but the noise that the recording states were wrong: no estimate can be better than what they leave (the
+/// Cramér-Rao bound).
 #[must_use]
 pub fn sums_by_noise(member: &Member, state: &State) -> Sums {
     let at = AtState::new(member, state);
     let lines: Vec<Linear> = member.poses.iter().map(|pose| at.linear(pose)).collect();
-    weighed(member, state, &at, &lines, &noise_in_force(member, state))
+    weighed(member, state, &at, &lines, &member.setup.stated_noise())
 }
 
 /// Sums of a recording's poses, in ascending order of the unknowns' keys.
@@ -93,7 +94,7 @@ fn weighed(
 }
 
 /// The noise by which a recording's poses are weighed: as it was told last, and until then large, since the teeth are in it.
-fn noise_in_force(member: &Member, state: &State) -> Noise {
+pub fn noise_in_force(member: &Member, state: &State) -> Noise {
     match state.noise_m.get(&member.recording) {
         Some([segment_m, displacement_m]) => Noise {
             segment_m: *segment_m,
@@ -123,16 +124,6 @@ fn with_inexactness(member: &Member, state: &State, noise: &Noise) -> Noise {
         segment_m: noise.segment_m.hypot(inexact_m * together.sqrt()),
         displacement_m: noise.displacement_m,
     }
-}
-
-/// The noise that what is left at a state shows.
-fn noise_told(member: &Member, state: &State, at: &AtState, lines: &[Linear]) -> Noise {
-    let [of_courier, over_platen] = state.counts(member).map(|count| count as f64);
-    let of_sensor = at.keys.iter().filter(|key| key.courier().is_some()).count() as f64;
-    let of_platen = at.keys.len() as f64 - of_sensor;
-    let unknowns = of_sensor / of_courier + of_platen / over_platen;
-    let spent = unknowns / (3.0 * member.poses.len() as f64);
-    noise_shown(at.setup(), lines, spent.min(MOST_SPENT))
 }
 
 /// Priors of a recording's unknowns: those of sensors stand in the state.

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DMatrixViewMut, DVector};
 pub(crate) const BLOCK: usize = 64;
 
 /// The factor of a symmetric matrix.
+#[derive(Clone, Debug)]
 pub struct Factor {
     /// Its lower triangle; zeros above.
     lower: DMatrix<f64>,
@@ -68,8 +69,14 @@ impl Factor {
     /// Deviation of a linear function of what has the matrix's inverse for its covariance. Cost: half the square of the columns.
     #[must_use]
     pub fn deviation(&self, function: &DVector<f64>) -> f64 {
+        self.half(function).norm()
+    }
+
+    /// The factor's inverse times a linear function: its product with that of another function is the covariance of both.
+    #[must_use]
+    pub fn half(&self, function: &DVector<f64>) -> DVector<f64> {
         let half = self.lower.solve_lower_triangular(function);
-        half.map_or(f64::INFINITY, |half| half.norm())
+        half.unwrap_or_else(|| DVector::repeat(function.len(), f64::INFINITY))
     }
 
     /// A draw of unit normal numbers as one of the matrix's inverse for its covariance.

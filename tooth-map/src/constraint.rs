@@ -1,20 +1,12 @@
 //! g_p, g_x and g_y of a pose (equations 5, 10, 11), their derivatives by the unknowns, and their covariance.
 
 use super::model::outputs;
-use super::pose::{Setup, TeethPose};
+use super::pose::{Noise, Setup, TeethPose};
 use super::unknowns::Unknowns;
 use courier_sensor::equations::{Angle, beacon, by_outputs, middle, parity, theta};
 use courier_sensor::frame::SEGMENTS;
 use nalgebra::{Matrix3, Vector3};
-
-/// Readings' noise, metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Of a segment.
-    pub segment_m: f64,
-    /// Of a displacement under the beacon.
-    pub displacement_m: f64,
-}
+use serde::{Deserialize, Serialize};
 
 /// One pose linearised.
 #[derive(Clone, Debug)]
@@ -120,22 +112,46 @@ pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPo
     }
 }
 
-/// The noise that linearised poses show, not below the stated: segments by g_p, displacements by what of g_x these leave. `spent` is the
-/// share of the poses' equations that the unknowns took, 0 to below 1. There is at least one pose.
-#[must_use]
-pub fn noise_shown(setup: &Setup, lines: &[Linear], spent: f64) -> Noise {
-    let robust = |k: usize| {
-        let mut sizes: Vec<f64> = lines.iter().map(|line| line.g_m[k].abs()).collect();
-        let middle = sizes.len() / 2;
-        // Gaussian deviation over median absolute value.
-        1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / (1.0 - spent).sqrt()
-    };
-    let segment_m = (0.5 * robust(0)).max(setup.segment_noise_m);
-    let share = lines.iter().map(Linear::segment_share_of_x).sum::<f64>() / lines.len() as f64;
-    let left = robust(1).powi(2) - share * segment_m.powi(2);
-    Noise {
-        segment_m,
-        displacement_m: left.max(0.0).sqrt().max(setup.displacement_noise_m),
+/// How much linearised poses leave of their constraints.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Left {
+    /// Robust size of g_p, m.
+    pub parity_m: f64,
+    /// And of g_x, m.
+    pub x_m: f64,
+    /// Share of the segments' variance in g_x.
+    pub segment_share: f64,
+}
+
+impl Left {
+    /// Of one pose or more.
+    #[must_use]
+    pub fn of(lines: &[Linear]) -> Self {
+        let robust = |k: usize| {
+            let mut sizes: Vec<f64> = lines.iter().map(|line| line.g_m[k].abs()).collect();
+            let middle = sizes.len() / 2;
+            // Gaussian deviation over median absolute value.
+            1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
+        };
+        let shares = lines.iter().map(Linear::segment_share_of_x);
+        Self {
+            parity_m: robust(0),
+            x_m: robust(1),
+            segment_share: shares.sum::<f64>() / lines.len() as f64,
+        }
+    }
+
+    /// The noise that shows in it, not below the stated: segments by g_p, displacements by what of g_x these leave. `spent` is the share of
+    /// the poses' equations that the unknowns took, 0 to below 1.
+    #[must_use]
+    pub fn noise(&self, stated: &Noise, spent: f64) -> Noise {
+        let [parity_m, x_m] = [self.parity_m, self.x_m].map(|m| m / (1.0 - spent).sqrt());
+        let segment_m = (0.5 * parity_m).max(stated.segment_m);
+        let left = x_m.powi(2) - self.segment_share * segment_m.powi(2);
+        Noise {
+            segment_m,
+            displacement_m: left.max(0.0).sqrt().max(stated.displacement_m),
+        }
     }
 }
 

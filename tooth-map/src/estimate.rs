@@ -1,12 +1,12 @@
 //! The whole estimation: plain fit, fit with waves and fields, judgement by held-out poses, and what a board is given.
 
 use super::anchor::Anchor;
-use super::constraint::{Noise, linear};
+use super::constraint::linear;
 use super::fit::{Fit, Problem};
 use super::lattice::{self, FIELD};
 use super::model::places;
 use super::patch::{Patch, crop};
-use super::pose::{Setup, TeethPose};
+use super::pose::{Noise, Setup, TeethPose};
 use super::predict;
 use super::unknowns::{NODE_M, Unknowns, WAVES};
 use anyhow::{Result, anyhow, ensure};

@@ -2,8 +2,8 @@
 //! in deviations of their priors. With columns brought to equal length the condition number is some 1e8 at most: half of f64's digits
 //! remain, whatever the columns' length, as a Cholesky factor does not depend on it (Demmel 1989).
 
-use super::constraint::{Linear, Noise, linear, noise_shown};
-use super::pose::{Setup, TeethPose};
+use super::constraint::{Left, Linear, linear};
+use super::pose::{Noise, Setup, TeethPose};
 use super::unknowns::Unknowns;
 use anyhow::{Context, Result};
 use courier_sensor::equations::middle;
@@ -117,7 +117,7 @@ impl Fit {
     pub fn show_noise(&mut self, problem: &Problem, spent: f64) {
         let line = |pose| linear(problem.setup, problem.unknowns, &self.values, pose);
         let lines: Vec<Linear> = problem.poses.iter().map(line).collect();
-        self.noise = noise_shown(problem.setup, &lines, spent);
+        self.noise = Left::of(&lines).noise(&problem.setup.stated_noise(), spent);
     }
 
     /// Predicted deviation of a linear function of the unknowns of the last fit, all of which were free.

@@ -23,11 +23,11 @@ mod predict;
 mod unknowns;
 
 pub use anchor::Anchor;
-pub use constraint::{Linear, Noise, linear, noise_shown};
+pub use constraint::{Left, Linear, linear};
 pub use estimate::{Evidence, FIRST_NOISE, Mapped, check_turn, estimate, lattices, split};
 pub use file::MapFile;
 pub use fit::{Fit, Problem, add_rows, products};
 pub use lattice::{FIELD, FieldKernel};
 pub use model::places;
-pub use pose::{Setup, TeethPose, poses_of};
+pub use pose::{Noise, Setup, TeethPose, poses_of};
 pub use unknowns::{NODE_M, Unknowns, WAVES};

@@ -4,6 +4,7 @@ use anyhow::{Result, ensure};
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::geometry::Geometry;
 use recording::Recording;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Most poses that are fitted. A bound on the work: of more, every so many are taken; they are enough for the largest map, and a
@@ -25,6 +26,15 @@ pub struct TeethPose {
     pub outputs_m: [f64; SEGMENTS],
     /// Deflection, 1 at full scale.
     pub deflection: [f64; 2],
+}
+
+/// Readings' noise, metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Noise {
+    /// Of a segment.
+    pub segment_m: f64,
+    /// Of a displacement under the beacon.
+    pub displacement_m: f64,
 }
 
 /// Geometry as entered, and the noise of one reading as stated.
@@ -61,6 +71,15 @@ impl Setup {
             tan_full_scale: f64::from(geometry.tan_full_scale),
             segment_noise_m,
             displacement_noise_m,
+        }
+    }
+
+    /// The least noise that is believed.
+    #[must_use]
+    pub fn stated_noise(&self) -> Noise {
+        Noise {
+            segment_m: self.segment_noise_m,
+            displacement_m: self.displacement_noise_m,
         }
     }
 }

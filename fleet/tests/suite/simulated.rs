@@ -2,7 +2,7 @@
 
 use courier_sensor::frame::SEGMENTS;
 use effects::motion::Pose;
-use effects::plant::{Instant, SegmentPoint};
+use effects::plant::{Instant, PlantEffect, SegmentPoint};
 use fleet::{Member, Platen};
 use hal_sim::coordination::{origin_under, pose_under};
 use hal_sim::courier::Courier;
@@ -21,7 +21,64 @@ const TURN_RAD: f64 = 0.026;
 /// A recording of a courier over a platen: poses within so many pitches of the beacon, in the count that begins where the courier was switched
 /// on.
 pub fn member(courier: u64, platen: u64, seed: u64, poses: usize, reach_pitches: f64) -> Member {
-    let spec = of_the_make(Some(courier), Some(platen));
+    of_spec(
+        of_the_make(Some(courier), Some(platen)),
+        [courier, platen, seed],
+        poses,
+        reach_pitches,
+    )
+}
+
+/// The same of another make: its segments read a quarter more of the teeth along their direction.
+pub fn wider(courier: u64, platen: u64, seed: u64, poses: usize, reach_pitches: f64) -> Member {
+    let mut spec = of_the_make(Some(courier), Some(platen));
+    let teeth = spec.effects.remove(TEETH);
+    spec.effects.insert(TEETH, Box::new(Wider { teeth }));
+    of_spec(spec, [courier, platen, seed], poses, reach_pitches)
+}
+
+/// The make's displaced teeth among its effects.
+const TEETH: usize = 2;
+
+/// Teeth as they are read at three places, the outer ones a pitch aside: of a window of six teeth, whose spread is 1.13 pitches, it makes one of
+/// 1.40, a quarter more.
+struct Wider {
+    teeth: Box<dyn PlantEffect>,
+}
+
+impl PlantEffect for Wider {
+    fn scale(&mut self, factor: f64) {
+        self.teeth.scale(factor);
+    }
+
+    fn displacement_m(
+        &mut self,
+        at: &Instant,
+        points: &[SegmentPoint; SEGMENTS],
+    ) -> [f64; SEGMENTS] {
+        let mut mean_m = [0.0; SEGMENTS];
+        for pitches in [-1.0, 0.0, 1.0] {
+            let aside_m = pitches * at.geometry.pitch_m;
+            let moved = points.map(|point| SegmentPoint {
+                own_m: point.own_m + aside_m,
+                ..point
+            });
+            let read_m = self.teeth.displacement_m(at, &moved);
+            mean_m
+                .iter_mut()
+                .zip(read_m)
+                .for_each(|(sum, m)| *sum += m / 3.0);
+        }
+        mean_m
+    }
+}
+
+fn of_spec(
+    spec: CourierSpec,
+    [courier, platen, seed]: [u64; 3],
+    poses: usize,
+    reach_pitches: f64,
+) -> Member {
     let setup = setup(&spec);
     let pitch_m = spec.geometry.pitch_m;
     let home_teeth = home_teeth(&spec).map(f64::from);
@@ -117,7 +174,7 @@ pub fn field_m(platen: u64, direction: usize, cell: [i32; 2]) -> f64 {
         geometry: &geometry,
     };
     let mut sum_m = 0.0;
-    for effect in [0, 2] {
+    for effect in [0, TEETH] {
         sum_m += spec.effects[effect].displacement_m(&at, &[point; SEGMENTS])[direction];
     }
     -sum_m

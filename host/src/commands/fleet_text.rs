@@ -55,12 +55,27 @@ pub fn text(answer: &Answer) -> String {
         .iter()
         .map(|line| format!("  {line}"))
         .collect();
+    let astray = astray(answer);
     format!(
-        "{recordings}\n\n{couriers}\n\n{platens}\n\n{} unknowns, {} steps\ntold by no recording of this kind:\n{}",
+        "{recordings}\n\n{couriers}\n\n{platens}\n\n{astray}{} unknowns, {} steps\ntold by no recording of this kind:\n{}",
         answer.unknowns,
         answer.steps,
         gauge.join("\n")
     )
+}
+
+/// The courier that fits worst, if chance does not explain it: it spoils the fields for the others as well, so these are named once it is left out.
+fn astray(answer: &Answer) -> String {
+    let all = answer.couriers.iter().filter(|of| of.fits.is_astray());
+    let worst = all.max_by(|a, b| a.fits.deviations.total_cmp(&b.fits.deviations));
+    worst.map_or_else(String::new, |of| {
+        format!(
+            "{} does not fit the fields that it shares: they leave {} times as much of its g_p as fields of its own do, {} deviations of chance. It may be of another make, or its platen another one: fit without it, and it by itself\n\n",
+            of.courier,
+            figure(of.fits.ratio),
+            figure(of.fits.deviations)
+        )
+    })
 }
 
 fn recording(of: &RecordingAnswer) -> Vec<String> {
