@@ -13,7 +13,7 @@ import sys
 
 import ray
 
-MOST_STEPS = 60
+MOST_STEPS = 240
 
 
 def courier(command, *words):

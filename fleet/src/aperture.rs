@@ -7,8 +7,9 @@
 //! couriers of a fit are taken to be of one make, so one aperture is estimated from all of them over all platens.
 
 use crate::field_information::FieldInformation;
+use crate::form::{Aperture, EDGE, HALF_PITCHES, spread};
 use crate::key::{Key, Platen};
-use crate::state::{Aperture, State};
+use crate::state::State;
 use crate::sums::Sums;
 use nalgebra::{DMatrix, DVector};
 use normal_equations::cholesky::Factor;
@@ -24,10 +25,6 @@ use tooth_map::{FIELD, NODE_M};
 const HALVES: [f64; 8] = [0.75, 1.0, 1.33, 1.78, 2.37, 3.16, 4.22, 5.62];
 /// Edges of the same. Derived from the bounds: three equal steps over [`EDGE`].
 const EDGES: [f64; 4] = [0.1, 0.4, 0.7, 1.0];
-/// Bounds of half an aperture, pitches. A prior: a reading averages over one tooth to a dozen, as the diagnosis takes it to.
-const HALF_PITCHES: [f64; 2] = [0.6, 6.0];
-/// Bounds of its edge. By definition 1 is a bell; a prior keeps it from 0, a box whose weights jump, which no place is known well enough for.
-const EDGE: [f64; 2] = [0.1, 1.0];
 /// Deviation of the logarithm of a field's size over the tooth map's: a factor of two. A prior, without data.
 const SIZE_DEVIATION: f64 = LN_2;
 /// First step of the search, of each coordinate. Derived from [`HALVES`] and [`EDGES`]: about half of what two neighbours are apart, and three
@@ -93,12 +90,6 @@ fn aperture_of(guess: &Guess) -> (ApertureKernel, [f64; 2]) {
         guess[4].exp() * NODE_M * FIELD.deviation_by_lines(),
     ];
     (kernel, sizes_m)
-}
-
-/// Spread of an aperture over half its width. A box with smooth edges is a box to the middles of these, blurred by the slope of an edge: a parabola, whose
-/// second moment is a twentieth of its length's square.
-fn spread(edge: f64) -> f64 {
-    ((1.0 - 0.5 * edge).powi(2) / 3.0 + edge * edge / 20.0).sqrt()
 }
 
 /// The aperture at a guess, with the deviations of a tooth and of a line that make fields of those sizes.
@@ -286,23 +277,6 @@ mod tests {
         let (found, _) = searched(&|guess| log_evidence(&told, guess));
         for (found, truth) in found.iter().zip(truth) {
             assert!((found - truth).abs() < 2.0 * LAST_STEP, "{found}, {truth}");
-        }
-    }
-
-    /// Spread of a kernel by its definition.
-    #[test]
-    fn a_spread_is_the_root_of_the_second_moment() {
-        for edge in [0.1, 0.5, 1.0] {
-            let kernel = ApertureKernel {
-                half_pitches: [3.0; 2],
-                edge,
-            };
-            let places = (-3000..3000).map(|k| (f64::from(k) + 0.5) * 1.0e-3);
-            let moment: f64 = places.map(|x| 1.0e-3 * x * x * kernel.weight(0, x)).sum();
-            assert!(
-                (moment.sqrt() - 3.0 * spread(edge)).abs() < 1.0e-5,
-                "{edge}"
-            );
         }
     }
 

@@ -15,13 +15,14 @@
 //!
 //! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
 //! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state; once the
-//! fields are near, teeth under the likeliest `aperture` take the place of splines) -> `passes` (until settled) -> `judge` (held-out
+//! fields are near, teeth under the likeliest `aperture` take the place of splines, which `refine` brings nearer) -> `passes` (until settled) -> `judge` (held-out
 //! poses) -> `answer`, with each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
 
 mod answer;
 mod aperture;
 mod begin;
 mod field_information;
+mod form;
 mod functions;
 mod homogeneity;
 mod judge;
@@ -30,6 +31,7 @@ mod linearised;
 mod member;
 mod part;
 mod passes;
+mod refine;
 mod register;
 mod shown;
 mod solve;

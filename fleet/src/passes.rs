@@ -13,9 +13,9 @@ use anyhow::Result;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Steps of one fit, at most. A bound on the work: four times what the longest of the tests takes; the answer says where a fit
+/// Steps of one fit, at most. A bound on the work: some three times what the longest of the tests takes; the answer says where a fit
 /// has not settled by then (`is_settled`).
-const STEPS: u32 = 60;
+const STEPS: u32 = 240;
 
 /// A fit, and what it was made of at its last step.
 pub struct Fitted {

@@ -1,11 +1,12 @@
 //! Where the problem is linearised: values of all unknowns, what is known of them before the data, and whole teeth between recordings.
 
+use crate::form::Aperture;
 use crate::key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
 use crate::member::Member;
+use crate::refine::Round;
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use tooth_field::ApertureKernel;
 use tooth_map::{Setup, Unknowns};
 
 /// Prior deviation of what both spans are longer by, m: an assembly places each of four arms to a millimetre (`span_error`'s prior).
@@ -41,15 +42,6 @@ pub struct Placed {
     pub shift_teeth: [i32; 2],
 }
 
-/// How the segments of a make read teeth.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Aperture {
-    /// What a reading averages over.
-    pub kernel: ApertureKernel,
-    /// Deviation of a tooth by itself and of a whole line before the data, m.
-    pub deviations_m: [f64; 2],
-}
-
 /// The point of linearisation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
@@ -65,6 +57,12 @@ pub struct State {
     pub is_aperture_told: bool,
     /// How the segments read teeth; without it, fields are cubic B-splines.
     pub aperture: Option<Aperture>,
+    /// Rounds that refine it, and the one that is under way.
+    pub rounds: u32,
+    /// See [`Self::rounds`].
+    pub round: Option<Round>,
+    /// Whether no further round is asked for.
+    pub is_refined: bool,
     /// How often the noise was told.
     pub noise_told: u32,
     /// Noise of a segment and of a displacement that weighs each recording, m.

@@ -2,6 +2,7 @@
 
 use crate::aperture::likeliest;
 use crate::key::{Key, Name, Platen};
+use crate::refine::{Next, begun};
 use crate::shown::{Shown, Spent};
 use crate::solve::{Solution, solve};
 use crate::state::State;
@@ -17,10 +18,10 @@ const SETTLED_FOR_NOISE: f64 = 1.0;
 /// How often it is told. By definition twice: from a fit with too large a noise, and from one with the noise of that.
 const NOISE_TOLD: u32 = 2;
 
-/// Whether a step from a state is too short to count, with the noise that shows and the aperture looked for.
+/// Whether a step from a state is too short to count, with the noise that shows and the aperture looked for and refined.
 #[must_use]
 pub fn is_settled(state: &State, solution: &Solution) -> bool {
-    let is_told = state.is_aperture_told && state.noise_told >= NOISE_TOLD;
+    let is_told = state.is_aperture_told && state.is_refined && state.noise_told >= NOISE_TOLD;
     is_told && solution.decrement < SETTLED
 }
 
@@ -46,6 +47,10 @@ pub fn advanced(
     solution: &Solution,
     shown: impl IntoIterator<Item = (Name, Shown)>,
 ) -> Result<State> {
+    if let Some(round) = &state.round {
+        let next = round.clone().told(solution.log_evidence, state.rounds);
+        return Ok(refined(next, state));
+    }
     let is_near = solution.decrement < SETTLED_FOR_NOISE;
     if is_near && state.noise_told > 0 && !state.is_aperture_told {
         return Ok(under_aperture(sums, state));
@@ -63,6 +68,16 @@ pub fn advanced(
         next.before = None;
         return Ok(next);
     }
+    if is_near && !state.is_refined {
+        return Ok(match &state.aperture {
+            Some(aperture) => refined(begun(aperture, solution.log_evidence, state.rounds), state),
+            None => State {
+                is_refined: true,
+                steps: state.steps + 1,
+                ..state.clone()
+            },
+        });
+    }
     let mut next = match &state.before {
         Some((left, before)) if solution.objective > *left => {
             let mut again = State::clone(before);
@@ -79,6 +94,28 @@ pub fn advanced(
     next.damping = LESS * state.damping;
     next.before = Some((solution.objective, Box::new(before)));
     Ok(next)
+}
+
+/// The state under the next aperture that is looked at, or behind a round. Under another aperture the noise is told once more.
+fn refined(after: Next, state: &State) -> State {
+    let mut next = state.clone();
+    next.steps += 1;
+    next.before = None;
+    let (round, aperture) = match after {
+        Next::Look(round, neighbour) => (Some(round), neighbour),
+        Next::Move(aperture) => {
+            next.rounds += 1;
+            next.noise_told = NOISE_TOLD - 1;
+            (None, aperture)
+        }
+        Next::Stay(aperture) => {
+            next.is_refined = true;
+            (None, aperture)
+        }
+    };
+    next.round = round;
+    next.aperture = Some(aperture);
+    next
 }
 
 /// The same state with fields of teeth under the likeliest aperture, where the fields of splines tell one. Displacements of teeth are no

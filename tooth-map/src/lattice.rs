@@ -28,9 +28,23 @@ impl Kernel for FieldKernel {
     fn weight(&self, direction: usize, away_pitches: f64) -> f64 {
         match self {
             Self::Spline => CubicSpline.weight(direction, away_pitches),
-            Self::Aperture(aperture) => aperture.weight(direction, away_pitches),
+            Self::Aperture(aperture) => share(aperture, direction, away_pitches),
         }
     }
+}
+
+/// Weight of a tooth among all under an aperture, which add up to one wherever it stands: a platen that is moved as a whole moves every reading
+/// by as much. A window's own values at teeth add up to that on average only, and what is missing from place to place would be taken for waves of
+/// the sensor.
+fn share(aperture: &ApertureKernel, direction: usize, away_pitches: f64) -> f64 {
+    let weight = aperture.weight(direction, away_pitches);
+    if weight == 0.0 {
+        return 0.0;
+    }
+    let teeth = aperture.half_pitches(direction).ceil() as i32 + 1;
+    let others = (-teeth..=teeth).map(|k| away_pitches.fract() + f64::from(k));
+    let sum: f64 = others.map(|away| aperture.weight(direction, away)).sum();
+    weight / sum
 }
 
 /// The lattice that holds the nodes under a kernel wherever one holds those under a spline, as far as a [`Grid`] can count.
@@ -102,6 +116,19 @@ pub fn middle(grid: &Grid, cell: usize) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_weights_of_teeth_add_up_to_one_wherever_an_aperture_stands() {
+        let aperture = ApertureKernel {
+            half_pitches: [2.6, 3.3],
+            edge: 0.9,
+        };
+        let lattice = Lattice::of_teeth(FieldKernel::Aperture(aperture));
+        for place in [[0.0, 0.5], [3.3, -2.2], [-4.1, 7.9]] {
+            let sum: f64 = lattice.nodes(place).map(|(_, weight)| weight).sum();
+            assert!((sum - 1.0).abs() < 1e-12, "{place:?}: {sum}");
+        }
+    }
 
     #[test]
     fn lattice_covers_its_bounds_and_nothing_else() {

@@ -56,7 +56,7 @@ const PART: Kind = Kind::json("a part of `courier fleet`", &["courier_fleet_part
 /// What `--step` writes.
 const STATE: Kind = Kind::json("a state of `courier fleet`", &["courier_fleet_state"]);
 /// Steps of a usual fit, for the progress bar.
-const STEPS: u64 = 14;
+const STEPS: u64 = 50;
 
 impl Args {
     /// The files that it reads and writes.
