@@ -205,6 +205,8 @@ fn raise(estimate: &Estimate, repeats: &Repeats) -> Estimate {
     let raise = |certainty: &Certainty| Certainty {
         covariance: repeats.raised * repeats.raised * &certainty.covariance,
         freedom: certainty.freedom.min(0.5 * repeats.test.directions as f64),
+        // The scale is the repeats'.
+        own: 0.0,
         source: certainty.source.clone(),
     };
     Estimate {
@@ -233,10 +235,10 @@ fn pair(first: &Estimate, second: &Estimate, turn_rad: f64) -> Pair {
     let root = apart
         .certainty
         .as_ref()
-        .map(|certainty| (Root::of(&certainty.covariance), certainty.freedom));
+        .map(|certainty| (Root::of(&certainty.covariance), certainty.scale()));
     let test = root
         .as_ref()
-        .map(|(root, freedom)| root.test(&values, *freedom))
+        .map(|(root, scale)| root.test(&values, *scale))
         .map_err(|why| (*why).clone());
     let workspace = Workspace {
         geometry: apart.geometry,
@@ -245,7 +247,10 @@ fn pair(first: &Estimate, second: &Estimate, turn_rad: f64) -> Pair {
     let known = Known {
         unknowns: &apart.unknowns,
         values: &values,
-        root: root.as_ref().ok().map(|(root, freedom)| (root, *freedom)),
+        root: root
+            .as_ref()
+            .ok()
+            .map(|(root, scale)| (root, scale.freedom)),
     };
     let compared = Compared {
         unknowns: &apart.unknowns,

@@ -3,7 +3,7 @@
 use crate::COVERAGE;
 use crate::distribution::coverage_factor;
 use crate::estimate::{Unknown, term_name};
-use crate::significance::{JointTest, Root};
+use crate::significance::{JointTest, Root, Scale};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -156,7 +156,7 @@ fn test(
         covariance[(places[a], places[b])]
     });
     let values = DVector::from_fn(places.len(), |a, _| values[places[a]]);
-    Root::of(&part).test(&values, freedom)
+    Root::of(&part).test(&values, Scale::apart(freedom))
 }
 
 /// Standard deviation of the size of a change: along it, or in the mean over directions where there is none.

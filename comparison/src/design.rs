@@ -16,6 +16,7 @@
 
 use crate::phases::sinc;
 use crate::rows::fitted;
+use crate::significance::own_share;
 use crate::{expected, visited};
 use courier_sensor::calibration::Plan;
 use courier_sensor::calibration::record::Calibration;
@@ -50,6 +51,8 @@ pub struct Design {
     pub noise_m: f64,
     /// Degrees of freedom of the noise.
     pub freedom: f64,
+    /// Share of the noise's square, for each direction, that is the fit's own error: [`own_share`].
+    pub own: f64,
     /// Poses that were fitted.
     pub poses: u16,
     /// How they were chosen, if the record says.
@@ -122,6 +125,7 @@ pub fn of(calibration: &Calibration) -> Result<Design, String> {
             .collect(),
         noise_m,
         freedom: rows.freedom,
+        own: own_share(rows.leverage, unknowns - 1),
         poses: quality.poses,
         plan: calibration.poses.map(|poses| poses.plan),
         orders,

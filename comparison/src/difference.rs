@@ -126,6 +126,7 @@ fn places(estimate: &Estimate, unknowns: &[Unknown]) -> Vec<Option<usize>> {
 struct Spread {
     covariance: DMatrix<f64>,
     freedom: f64,
+    own: f64,
     /// Whether each was estimated, or looked for.
     known: Vec<bool>,
 }
@@ -137,6 +138,7 @@ impl Spread {
         let known = (0..unknowns.len()).map(|k| places[k].is_none() || covariance[(k, k)] > 0.0);
         Self {
             freedom: certainty.freedom,
+            own: certainty.own,
             known: known.collect(),
             covariance,
         }
@@ -152,7 +154,8 @@ impl Spread {
     }
 }
 
-/// The sum, zero for what either held, with degrees of freedom by each side's mean share of the variances (Welch 1947).
+/// The sum, zero for what either held, with degrees of freedom by each side's mean share of the variances (Welch 1947). By its share a side's
+/// scale has a part in the sum's, and again by its share a side's error has a part in the difference.
 fn joined(one: &Spread, two: &Spread) -> Certainty {
     let n = one.known.len();
     let known = |k: usize| one.known[k] && two.known[k];
@@ -168,13 +171,15 @@ fn joined(one: &Spread, two: &Spread) -> Certainty {
         let shares: Vec<f64> = tested
             .map(|k| side.covariance[(k, k)] / covariance[(k, k)])
             .collect();
-        (
-            shares.iter().sum::<f64>() / shares.len().max(1) as f64,
-            side.freedom,
-        )
+        shares.iter().sum::<f64>() / shares.len().max(1) as f64
     };
+    let sides = [(share(one), one), (share(two), two)];
     Certainty {
-        freedom: effective_freedom([share(one), share(two)]),
+        freedom: effective_freedom(sides.map(|(share, side)| (share, side.freedom))),
+        own: sides
+            .map(|(share, side)| share * share * side.own)
+            .iter()
+            .sum(),
         covariance,
         source: String::new(),
     }
@@ -206,6 +211,7 @@ pub(crate) mod tests {
             certainty: Ok(Certainty {
                 covariance: DMatrix::identity(2, 2) * deviation_m * deviation_m,
                 freedom: 100.0,
+                own: 0.0,
                 source: String::new(),
             }),
             parity: Some((1.0e-6, 100.0)),

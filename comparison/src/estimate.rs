@@ -1,5 +1,6 @@
 //! One calibration as an estimate: unknowns, their values, how well they are known together.
 
+use crate::significance::Scale;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{Multiplier, Term};
 use nalgebra::{DMatrix, DVector};
@@ -134,8 +135,21 @@ pub struct Certainty {
     pub covariance: DMatrix<f64>,
     /// Degrees of freedom with which the covariance's scale is known; infinite where the noise is.
     pub freedom: f64,
+    /// Share of that scale, for each direction, that is the estimate's own error: [`own_share`](crate::significance::own_share).
+    pub own: f64,
     /// Where it comes from, for people.
     pub source: String,
+}
+
+impl Certainty {
+    /// How well its scale is known.
+    #[must_use]
+    pub fn scale(&self) -> Scale {
+        Scale {
+            freedom: self.freedom,
+            own: self.own,
+        }
+    }
 }
 
 /// One calibration.

@@ -123,6 +123,7 @@ fn under_beacon(design: &JointDesign, unknowns: &[Unknown]) -> Certainty {
     Certainty {
         covariance: DMatrix::from_fn(unknowns.len(), unknowns.len(), element),
         freedom: design.freedom,
+        own: 0.0,
         source: design.source.clone(),
     }
 }
@@ -155,6 +156,7 @@ fn platen(design: &Design, unknowns: &[Unknown]) -> Certainty {
     Certainty {
         covariance: DMatrix::from_fn(unknowns.len(), unknowns.len(), element),
         freedom: design.freedom,
+        own: design.own,
         source: format!(
             "by the record{}: {} poses, {:.3} µm left, a pair's errors of order {} correlated by {:.2}",
             named(design.plan),

@@ -12,6 +12,52 @@ const NO_VARIANCE: f64 = 1.0e-9;
 /// squares: it would add a millionth to the sum that is judged.
 const UNFELT: f64 = 1.0e-3;
 
+/// How well the scale of a covariance is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// Degrees of freedom; infinite where the noise is known.
+    pub freedom: f64,
+    /// Share of it, for each direction, that the estimate's own errors make: [`own_share`]. Zero where it was measured apart.
+    pub own: f64,
+}
+
+impl Scale {
+    /// A scale that was measured apart from the estimate.
+    #[must_use]
+    pub const fn apart(freedom: f64) -> Self {
+        Self { freedom, own: 0.0 }
+    }
+
+    /// A mean square over so many directions, of those in which it was divided by the square of this scale: what the errors themselves add to
+    /// the scale is taken out. The scale is `1 - own + own q` times the noise's where q is the mean square over the noise's, so that `q`
+    /// follows from what was divided; the more it is, the more of the scale is its own.
+    fn without_own(self, mean_square: f64, directions: usize) -> f64 {
+        let own = self.own * directions as f64;
+        let rest = 1.0 - own * mean_square;
+        if rest > 0.0 {
+            mean_square * (1.0 - own) / rest
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// Share of a scale's square, for each of `unknowns`, that is the estimate's own error where held-out residuals measure it: they have the
+/// variance `1 + leverage` for unit noise.
+#[must_use]
+pub fn own_share(leverage: f64, unknowns: usize) -> f64 {
+    leverage / ((1.0 + leverage) * unknowns as f64)
+}
+
+/// Degrees of freedom of a scale that so many held-out residuals measure, twice over the variance of its square: their own noise is drawn that
+/// often less one; the estimate's error, which all of them have, once, with the mean square `leverage` of them. That is a sum of squares over
+/// its directions, and `squares` the sum of their weights' squares: `leverage^2 / n` where n directions count alike.
+#[must_use]
+pub fn held_out_freedom(held_out: f64, leverage: f64, squares: f64) -> f64 {
+    let relative = (held_out - 1.0).recip() + squares;
+    (1.0 + leverage) * (1.0 + leverage) / relative
+}
+
 /// A joint test.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointTest {
@@ -77,7 +123,7 @@ impl Root {
 
     /// Tests values against zero. Unknowns without variance are no part of it.
     #[must_use]
-    pub fn test(&self, values: &DVector<f64>, freedom: f64) -> JointTest {
+    pub fn test(&self, values: &DVector<f64>, scale: Scale) -> JointTest {
         let white = &self.inverse * values;
         let told = &self.root * &white;
         let off = |k: usize| (values[k] - told[k]).abs() / self.deviations[k];
@@ -89,8 +135,12 @@ impl Root {
             mean_square,
             directions: self.rank(),
             unknowns: estimated.len(),
-            freedom: freedom.is_finite().then_some(freedom),
-            chance: chance_of_mean_square(mean_square, self.rank(), freedom),
+            freedom: scale.freedom.is_finite().then_some(scale.freedom),
+            chance: chance_of_mean_square(
+                scale.without_own(mean_square, self.rank()),
+                self.rank(),
+                scale.freedom,
+            ),
             convention_differs: estimated.into_iter().any(|k| off(k) > UNFELT),
         }
     }
@@ -99,6 +149,9 @@ impl Root {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{ChiSquared, Distribution, StandardNormal};
 
     #[test]
     fn a_full_covariance_is_tested_in_all_its_directions() {
@@ -107,7 +160,7 @@ mod tests {
         let wanted = (values.transpose() * covariance.clone().try_inverse().unwrap() * &values)
             [(0, 0)]
             / 2.0;
-        let test = Root::of(&covariance).test(&values, f64::INFINITY);
+        let test = Root::of(&covariance).test(&values, Scale::apart(f64::INFINITY));
         assert!(
             (test.mean_square - wanted).abs() < 1.0e-12 && test.directions == 2,
             "{test:?}"
@@ -115,18 +168,59 @@ mod tests {
         assert!(!test.convention_differs && test.freedom.is_none());
     }
 
+    /// Differences of two estimates of 32 unknowns, whose errors add as much to 200 held-out residuals as the noise: of 20,000, one in twenty is
+    /// called changed, to three deviations of that. Taken for scales that were measured apart, it is fewer than one in fifty.
+    #[test]
+    fn a_scale_that_has_the_errors_in_it_calls_one_in_twenty_changed() {
+        const TRIES: u32 = 20_000;
+        let (leverage, unknowns, held_out) = (1.0, 32, 200.0);
+        let mut rng = ChaCha8Rng::seed_from_u64(391);
+        let noise = ChiSquared::new(held_out - 1.0).unwrap();
+        let mut side = || {
+            let errors = DVector::<f64>::from_fn(unknowns, |_, _| StandardNormal.sample(&mut rng));
+            let own = errors.norm_squared() / unknowns as f64;
+            let measured = noise.sample(&mut rng) / (held_out - 1.0) + leverage * own;
+            (errors, measured / (1.0 + leverage))
+        };
+        let scale = Scale {
+            freedom: 2.0
+                * held_out_freedom(held_out, leverage, leverage * leverage / unknowns as f64),
+            own: 0.5 * own_share(leverage, unknowns),
+        };
+        let apart = Scale::apart(2.0 * (held_out - 1.0));
+        let root = Root::of(&DMatrix::identity(unknowns, unknowns));
+        let mut called = [0_u32; 2];
+        for _ in 0..TRIES {
+            let ((one, scale_one), (two, scale_two)) = (side(), side());
+            let values = (two - one) / (scale_one + scale_two).sqrt();
+            for (called, scale) in called.iter_mut().zip([scale, apart]) {
+                *called += u32::from(root.test(&values, scale).chance < 0.05);
+            }
+        }
+        let wanted = 0.05 * f64::from(TRIES);
+        let off = f64::from(called[0]) - wanted;
+        assert!(off.abs() < 3.0 * (0.95 * wanted).sqrt(), "{called:?}");
+        assert!(called[1] < TRIES / 50, "{called:?}");
+    }
+
     /// Two unknowns of which only the difference is told, of sizes that are far apart, and one that was held.
     #[test]
     fn a_gauge_is_left_out_and_a_change_of_it_is_named() {
         let vector = DVector::from_column_slice(&[1.0e-6, -1.0, 0.0]);
         let root = Root::of(&(&vector * vector.transpose()));
-        let test = root.test(&DVector::from_column_slice(&[2.0e-6, -2.0, 5.0]), 50.0);
+        let test = root.test(
+            &DVector::from_column_slice(&[2.0e-6, -2.0, 5.0]),
+            Scale::apart(50.0),
+        );
         assert_eq!((test.directions, test.unknowns), (1, 2));
         assert!(
             (test.mean_square - 4.0).abs() < 1.0e-9 && !test.convention_differs,
             "{test:?}"
         );
-        let other = root.test(&DVector::from_column_slice(&[2.0e-6, 2.0, 0.0]), 50.0);
+        let other = root.test(
+            &DVector::from_column_slice(&[2.0e-6, 2.0, 0.0]),
+            Scale::apart(50.0),
+        );
         assert!(
             other.convention_differs && other.mean_square < 1.0e-9,
             "{other:?}"

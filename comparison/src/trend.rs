@@ -3,7 +3,7 @@
 use crate::difference::{covariance, values};
 use crate::distribution::effective_freedom;
 use crate::estimate::{Certainty, Estimate, Unknown};
-use crate::significance::{JointTest, Root};
+use crate::significance::{JointTest, Root, Scale};
 use nalgebra::{DMatrix, DVector};
 
 /// What the line is over.
@@ -76,7 +76,7 @@ pub fn trend(estimates: &[Estimate]) -> Result<Trend, String> {
         f64::INFINITY
     };
     let freedom = freedom.min(known);
-    let slope_test = Root::of(&slope_covariance).test(&lines.slope, freedom);
+    let slope_test = Root::of(&slope_covariance).test(&lines.slope, Scale::apart(freedom));
     Ok(Trend {
         over,
         slope_test,
@@ -86,6 +86,7 @@ pub fn trend(estimates: &[Estimate]) -> Result<Trend, String> {
         certainty: Certainty {
             covariance: slope_covariance,
             freedom,
+            own: 0.0,
             source: String::new(),
         },
         unknowns,

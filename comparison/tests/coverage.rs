@@ -165,9 +165,14 @@ struct Shares {
     joint: [Share; 2],
     place: Share,
     band: Share,
-    position: Share,
-    angle: Share,
+    /// Position and angle at one place.
+    at_a_place: [Share; 2],
+    /// The same at places all over the workspace, each counted.
+    over_the_map: [Share; 2],
 }
+
+/// Of the map's places so many are looked at: each so manieth. A bound on the work: 120 stand for all.
+const MAP_STEP: usize = 11;
 
 fn pose(rng: &mut ChaCha8Rng, turn_rad: f64) -> Pose {
     Pose {
@@ -187,7 +192,7 @@ fn try_pair(motion: Motion, shares: &mut Shares, rng: &mut ChaCha8Rng) {
     let root = Root::of(&certainty.covariance);
     let off = apart.values() - truth(&change, &one);
     shares.joint[usize::from(motion.plan == Plan::Optimal)]
-        .count(!is_change(root.test(&off, certainty.freedom).chance));
+        .count(!is_change(root.test(&off, certainty.scale()).chance));
     let workspace = Workspace {
         geometry: GEOMETRY,
         turn_rad: f64::from(motion.turn_rad),
@@ -207,7 +212,14 @@ fn try_pair(motion: Motion, shares: &mut Shares, rng: &mut ChaCha8Rng) {
     shares
         .place
         .count(row.dot(&off).abs() <= coverage_factor(WANTED, certainty.freedom) * deviation);
-    try_budget(&two, &after, &at, shares, rng);
+    try_budget(&two, &after, &at, &mut shares.at_a_place, rng);
+    for at in workspace
+        .poses(&two.unknowns, Quantity::X)
+        .iter()
+        .step_by(MAP_STEP)
+    {
+        try_budget(&two, &after, at, &mut shares.over_the_map, rng);
+    }
 }
 
 /// A position and an angle by a fresh reading, against the truth: with the teeth that the budget speaks of.
@@ -215,7 +227,7 @@ fn try_budget(
     estimate: &Estimate,
     k: &Coefficients,
     at: &Pose,
-    shares: &mut Shares,
+    [position, angle]: &mut [Share; 2],
     rng: &mut ChaCha8Rng,
 ) {
     let conditions = Conditions {
@@ -252,18 +264,14 @@ fn try_budget(
             .unwrap()
             .expanded
     };
-    shares
-        .position
-        .count((x_m - at.centre_m[0]).abs() <= expanded(Quantity::X));
-    shares
-        .angle
-        .count((theta_rad - at.theta_rad).abs() <= expanded(Quantity::Theta));
+    position.count((x_m - at.centre_m[0]).abs() <= expanded(Quantity::X));
+    angle.count((theta_rad - at.theta_rad).abs() <= expanded(Quantity::Theta));
 }
 
 /// Shares over so many pairs, each within what is allowed.
-fn hold(pairs: u32, motions: [Motion; 4], allowed: f64) {
+fn hold(pairs: u32, motions: [Motion; 4], seed: u64, allowed: f64) {
     let mut shares = Shares::default();
-    let mut rng = ChaCha8Rng::seed_from_u64(39);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     for pair in 0..pairs {
         try_pair(
             motions[pair as usize % motions.len()],
@@ -272,23 +280,15 @@ fn hold(pairs: u32, motions: [Motion; 4], allowed: f64) {
         );
     }
     let [random, chosen] = &shares.joint;
-    for (plan, share) in [("random", random), ("chosen", chosen)] {
-        println!(
-            "joint test, {plan} poses: {:.1} % of {}",
-            100.0 * share.of_all(),
-            share.tried
-        );
-    }
-    let all = Share {
-        held: random.held + chosen.held,
-        tried: random.tried + chosen.tried,
-    };
     let named = [
-        ("joint test", &all),
+        ("joint test, random poses", random),
+        ("joint test, chosen poses", chosen),
         ("difference at a place", &shares.place),
         ("band over all places", &shares.band),
-        ("budget of a position", &shares.position),
-        ("budget of an angle", &shares.angle),
+        ("budget of a position", &shares.at_a_place[0]),
+        ("budget of an angle", &shares.at_a_place[1]),
+        ("budget of positions over the map", &shares.over_the_map[0]),
+        ("budget of angles over the map", &shares.over_the_map[1]),
     ];
     for (name, share) in named {
         println!("{name}: {:.1} % of {}", 100.0 * share.of_all(), share.tried);
@@ -302,16 +302,16 @@ fn hold(pairs: u32, motions: [Motion; 4], allowed: f64) {
     }
 }
 
-/// A hundred pairs tell a share of 95 % to 2.2 %: three of that.
+/// Half of eighty pairs tell a share of 95 % to 3.4 %: three of that.
 #[test]
-fn a_hundred_pairs_are_told_as_often_as_is_said() {
-    hold(100, motions(FEW_CHOSEN), 0.065);
+fn eighty_pairs_are_told_as_often_as_is_said() {
+    hold(80, motions(FEW_CHOSEN), 39, 0.103);
 }
 
 #[test]
 #[ignore = "nightly: some minutes of processor time"]
-fn a_thousand_pairs_are_told_as_often_as_is_said() {
-    hold(1000, motions(USUAL_CHOSEN), ALLOWED);
+fn a_thousand_pairs_of_either_plan_are_told_as_often_as_is_said() {
+    hold(2000, motions(USUAL_CHOSEN), 21_000, ALLOWED);
 }
 
 /// A change of a third of a micrometre in each coefficient is seen, and none where there is none.
@@ -332,7 +332,7 @@ fn changes_are_seen_and_others_are_not() {
             let certainty = apart.certainty.as_ref().unwrap();
             is_change(
                 Root::of(&certainty.covariance)
-                    .test(&apart.values(), certainty.freedom)
+                    .test(&apart.values(), certainty.scale())
                     .chance,
             )
         };

@@ -170,7 +170,7 @@ fn tried(pairs: u32) -> [f64; 3] {
         let apart = Difference::between(&one, &two);
         let certainty = apart.certainty.as_ref().unwrap();
         let (root, values) = (Root::of(&certainty.covariance), apart.values());
-        let test = root.test(&values, certainty.freedom);
+        let test = root.test(&values, certainty.scale());
         assert_eq!(test.directions, 43, "{test:?}");
         square += test.mean_square;
         test_held += u32::from(!is_change(test.chance));

@@ -19,7 +19,7 @@ use rand_distr::{Distribution, StandardUniform};
 
 /// The paper's motion with so many poses that their teeth count more than how few they are.
 const MOTION: Motion = Motion {
-    poses: 5000,
+    poses: 3000,
     turn_rad: 8.727e-3,
     plan: Plan::Random,
 };
@@ -91,7 +91,7 @@ fn pairs_of_one_state(list: &[Estimate]) -> (f64, usize) {
     for pair in list.as_chunks::<2>().0 {
         let apart = Difference::between(&pair[0], &pair[1]);
         let certainty = apart.certainty.as_ref().unwrap();
-        let test = Root::of(&certainty.covariance).test(&apart.values(), certainty.freedom);
+        let test = Root::of(&certainty.covariance).test(&apart.values(), certainty.scale());
         sum += test.mean_square;
         changed += usize::from(is_change(test.chance));
     }
@@ -116,23 +116,54 @@ fn calibrations_by_chosen_poses_scatter_as_is_said() {
     assert!((mean - 1.0).abs() <= 4.0 * deviation, "{mean} {deviation}");
 }
 
-/// Calibrations of one state are called changed one time in twenty: between 3 and 7 % of 1,000 pairs.
-fn called_changed_as_often_as_is_said(poses: u32, spec: CourierSpec, seed: u64) {
+/// The paper's courier with lateral terms of its make, over a platen of its make: how a courier's lateral terms go together with the orders that
+/// are fitted is a matter of chance, and always the same of one courier.
+fn another(seed: u64) -> CourierSpec {
+    let mut spec = presets::paper_on_platen(seed);
+    spec.effects[1] = presets::of_the_make(Some(seed), None)
+        .effects
+        .swap_remove(1);
+    spec
+}
+
+/// How many of 1,000 pairs of calibrations of one state are called changed. Each pair is of another courier on another platen, so that none goes
+/// over teeth that another one went over.
+fn called_changed(poses: u32, seed: u64) -> usize {
+    const PAIRS: u64 = 1000;
     let motion = Motion { poses, ..MOTION };
-    let (mean, changed) = pairs_of_one_state(&calibrated(motion, spec, 2000, seed));
-    println!("{poses} poses: {changed} of 1000 called changed, mean square {mean:.2}");
-    assert!((30..=70).contains(&changed), "{changed} of 1000");
+    let (mut square, mut changed) = (0.0, 0);
+    for number in 0..PAIRS {
+        let seed = seed + 10 * number;
+        let pair = calibrated(motion, another(seed), 2, seed);
+        let (of_pair, is_changed) = pairs_of_one_state(&pair);
+        square += of_pair;
+        changed += is_changed;
+    }
+    let mean = square / PAIRS as f64;
+    println!("{poses} poses: {changed} of {PAIRS} called changed, mean square {mean:.3}");
+    changed
 }
 
+/// One time in twenty, to 2 %.
 #[test]
-#[ignore = "nightly: a minute of processor time"]
+#[ignore = "nightly: five minutes of processor time"]
 fn repeated_calibrations_are_called_changed_as_often_as_is_said() {
-    called_changed_as_often_as_is_said(1000, presets::paper(), 640_917);
+    let changed = called_changed(1000, 26_000_000);
+    assert!((30..=70).contains(&changed), "{changed}");
 }
 
+/// The same of a third of the poses.
 #[test]
-#[ignore = "nightly: a minute of processor time"]
-fn repeated_calibrations_of_few_poses_are_called_changed_as_often_as_is_said() {
-    called_changed_as_often_as_is_said(333, presets::paper(), 650_917);
-    called_changed_as_often_as_is_said(120, presets::paper(), 660_917);
+#[ignore = "nightly: two minutes of processor time"]
+fn repeated_calibrations_of_fewer_poses_are_called_changed_as_often_as_is_said() {
+    let changed = called_changed(333, 24_000_000);
+    assert!((30..=70).contains(&changed), "{changed}");
+}
+
+/// Of very few poses they are called changed too often (docs/comparing.md), but no more than twice as often as is said.
+#[test]
+#[ignore = "nightly: two minutes of processor time"]
+fn repeated_calibrations_of_very_few_poses_are_called_changed_too_often() {
+    let changed = called_changed(120, 25_000_000);
+    assert!(changed <= 100, "{changed}");
 }

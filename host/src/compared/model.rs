@@ -176,6 +176,7 @@ fn of_amounts(certainty: &PosteriorCovariance, model: &Model, amounts: &[Amount]
     Certainty {
         covariance,
         freedom: f64::INFINITY,
+        own: 0.0,
         source: format!(
             "by the diagnosis: noise, motion and priors, times a Birge ratio of {birge:.2}"
         ),

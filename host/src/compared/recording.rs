@@ -36,6 +36,7 @@ pub fn estimate(name: &str, recording: &Recording) -> Result<Compared> {
                 .iter()
                 .map(|fit| fit.freedom)
                 .fold(f64::INFINITY, f64::min),
+            own: 0.0,
             source: source(&fits),
         }),
         unknowns,
