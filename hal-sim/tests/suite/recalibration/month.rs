@@ -16,6 +16,8 @@ const BEGIN_S: f64 = 300.0;
 const LEFT_M: f64 = 0.4e-6;
 /// What the month adds without it (issue 39).
 const MONTH_M: f64 = 3.0e-6;
+/// Mean square of what the 32 amounts of equation (3) change by within it: four waves of twice as much, as [`month`] has them.
+const WALKED_M2: f64 = 4.0 * (2.0 * MONTH_M) * (2.0 * MONTH_M) / 32.0;
 
 /// Waves of orders 1 and 2, as weak magnets and knocks make them, in all four segments: along either axis they add 3 µm rms by the end of the
 /// month, the root of (5.7^2 + 5.7^2) / 8 µm^2 at least.
@@ -71,6 +73,10 @@ struct Month {
     without_m: f64,
     /// By all that is believed, and what may wait until it is sure.
     bound_m: f64,
+    /// By all that is believed, sure or not.
+    believed_m: f64,
+    /// By a Kalman filter of the same windows that knows the rate.
+    known_m: f64,
     /// By the best amounts of equation (3) that there are.
     least_m: f64,
     /// How often a candidate came in force.
@@ -86,13 +92,15 @@ fn works(seed: u64, hours: f64, share: f64) -> Month {
     };
     let mut service = courier.serve(month(course), Work::ORDINARY, seed + 3);
     service.is_automatic = true;
+    service.kalman = Some(courier.kalman(WALKED_M2 / (3600.0 * hours), BEGIN_S));
     let [
         mut with_m,
         mut without_m,
         mut least_m,
         mut believed_m,
         mut bound_m,
-    ] = [0.0_f64; 5];
+        mut known_m,
+    ] = [0.0_f64; 6];
     // Four looks in what is a day of the month.
     let looks = (120.0 * share) as u32;
     for look in 1..=looks {
@@ -107,16 +115,23 @@ fn works(seed: u64, hours: f64, share: f64) -> Month {
         let error_m = seen.error_m(&believed);
         believed_m = believed_m.max(error_m);
         bound_m = bound_m.max(error_m + waits_m(&service.learner));
+        if let Some(kalman) = &service.kalman {
+            let mut known = courier.model.clone();
+            assert!(amend(&mut known, &kalman.amounts_m()));
+            known_m = known_m.max(seen.error_m(&known));
+        }
     }
     println!(
         "courier {seed}: a slow change of 3 um, {:.0} % of a month in {:.1} h: position error {:.2} um with automatic recalibration, {:.2} without, {:.2} by \
-         all that is believed, sure or not, and {:.2} with what may wait, {:.2} by the best amounts of equation (3); {} candidates came in force",
+         all that is believed, sure or not, and {:.2} with what may wait, {:.2} by a Kalman filter that knows the rate, {:.2} by the best amounts \
+         of equation (3); {} candidates came in force",
         100.0 * share,
         hours * share,
         1.0e6 * with_m,
         1.0e6 * without_m,
         1.0e6 * believed_m,
         1.0e6 * bound_m,
+        1.0e6 * known_m,
         1.0e6 * least_m,
         service.adopted
     );
@@ -124,6 +139,8 @@ fn works(seed: u64, hours: f64, share: f64) -> Month {
         with_m,
         without_m,
         bound_m,
+        believed_m,
+        known_m,
         least_m,
         adopted: service.adopted,
     }
@@ -178,6 +195,13 @@ fn a_month_leaves_what_is_asked_or_what_can_be_known_and_may_wait() {
             "{:e} {bound_m:e} with {} candidates",
             seen.with_m,
             seen.adopted
+        );
+        // What is believed is as good as what can be known by then, to a tenth.
+        assert!(
+            seen.believed_m <= 1.1 * seen.known_m,
+            "{:e} {:e}",
+            seen.believed_m,
+            seen.known_m
         );
         // What the calibration left adds to it or takes from it.
         assert!(seen.without_m >= MONTH_M - LEFT_M, "{:e}", seen.without_m);

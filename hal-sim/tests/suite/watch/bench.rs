@@ -1,11 +1,14 @@
 //! A courier that was calibrated and works on, and the watch over it, at the rate of its readings alone.
 
+use super::kalman::Kalman;
 use super::traffic::{Traffic, Work};
 use crate::figures::{POSES, fits, scatter};
 use core::f64::consts::TAU;
 use courier_sensor::calibration::recalibration::{Learner, RecalibrationConfig, amend};
 use courier_sensor::calibration::record::Quality;
-use courier_sensor::calibration::watch::{Reading, Verdict, Watch, WatchConfig, Window};
+use courier_sensor::calibration::watch::{
+    Follower, Reading, Verdict, Watch, WatchConfig, Whole, Window,
+};
 use courier_sensor::calibration::{PlatenEstimator, Regression, Sample};
 use courier_sensor::equations::PARITY_SIGN;
 use courier_sensor::frame::{Coordinate, SEGMENTS};
@@ -61,6 +64,11 @@ impl Calibrated {
         WatchConfig::of(&self.quality, &self.model, &Geometry::PAPER)
     }
 
+    /// A filter of the same windows, which knows at what rate amounts walk from a time on, m^2/s.
+    pub fn kalman(&self, rate_m2_per_s: f64, from_s: f64) -> Kalman {
+        Kalman::new(self.config().uncertainty_m.into(), rate_m2_per_s, from_s)
+    }
+
     fn learner(&self) -> Box<Learner> {
         let mut learner = Box::new(Learner::new());
         learner.start(RecalibrationConfig::of(&self.config(), 0.0));
@@ -90,6 +98,7 @@ impl Calibrated {
             is_automatic: false,
             adopted: 0,
             judge: None,
+            kalman: None,
         }
     }
 }
@@ -130,6 +139,28 @@ pub struct Service {
     pub adopted: u32,
     /// Is told when, the model before and the one after.
     pub judge: Option<Judge>,
+    /// Sees the same windows, beside the learner.
+    pub kalman: Option<Kalman>,
+}
+
+/// Both learn from a window, of which the learner alone says what follows.
+struct Both<'a> {
+    learner: &'a mut Learner,
+    kalman: Option<&'a mut Kalman>,
+    time_s: f64,
+}
+
+impl Follower for Both<'_> {
+    fn window(&mut self, window: &Whole<'_>) -> bool {
+        if let Some(kalman) = &mut self.kalman {
+            kalman.enter(self.time_s, window);
+        }
+        self.learner.window(window)
+    }
+
+    fn forget(&mut self) {
+        self.learner.forget();
+    }
 }
 
 /// The firmware looks at a frame so often.
@@ -173,9 +204,12 @@ impl Service {
                 &self.model,
                 time_ms,
             );
-            let is_new = self
-                .watch
-                .take(&mut self.window, &reading, &mut *self.learner);
+            let mut both = Both {
+                learner: &mut self.learner,
+                kalman: self.kalman.as_mut(),
+                time_s: self.time_s,
+            };
+            let is_new = self.watch.take(&mut self.window, &reading, &mut both);
             if is_new && self.is_automatic {
                 self.adopt();
             }
@@ -193,6 +227,9 @@ impl Service {
         }
         let before = self.model.clone();
         assert!(amend(&mut self.model, self.learner.candidate_m()));
+        if let Some(kalman) = &mut self.kalman {
+            kalman.amend(self.learner.candidate_m());
+        }
         let kept = self.watch.kept().expect("there is a reference");
         self.watch.start(*self.watch.config());
         let amended_m = self.learner.adopt();

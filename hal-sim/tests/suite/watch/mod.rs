@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod board;
 mod changes;
+mod kalman;
 mod kept;
 pub mod service;
 pub mod traffic;
