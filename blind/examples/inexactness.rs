@@ -51,7 +51,7 @@ fn measure(seed: u64, number: u64, name: &str) {
     };
     if let Ok(answer) = diagnosed(&recording, &options, false) {
         let (size_um, samples) = (1.0e6 * size_m, recording.samples.len());
-        let (explained, left) = (answer.explained, answer.left);
+        let (explained, left) = (answer.explained, answer.excess);
         println!("{name},{simulator},{number},{size_um:.2},{samples},{explained:.0},{left:.0}");
     }
 }

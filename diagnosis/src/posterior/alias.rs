@@ -112,7 +112,8 @@ pub fn divergence(problem: &Problem, one: &Weighed, other: &Weighed) -> Divergen
 }
 
 /// Places, among all weighed sets, of those that predict what one of them does, with no more effects, none of them a trifle, and none
-/// beside those of another such set. A set with more effects that follow a course of their own predicts the same by coincidence alone.
+/// beside those of another such set. A set with more effects that follow a course of their own predicts the same by coincidence alone. What the
+/// counts show of an effect, a set without it does not predict.
 pub fn class(problem: &Problem, all: &[Weighed], of: usize) -> Vec<(usize, Divergence)> {
     let best = &all[of];
     if best.set().is_empty() {
@@ -122,9 +123,17 @@ pub fn class(problem: &Problem, all: &[Weighed], of: usize) -> Vec<(usize, Diver
         let each = w.set().iter();
         each.filter(|b| problem.of_own_course.contains(b)).count()
     };
+    let shown = |b: &&usize| problem.in_the_counts.contains(b);
+    let shows_the_same = |other: &Weighed| {
+        best.set()
+            .iter()
+            .filter(shown)
+            .all(|b| other.set().contains(b))
+    };
     let rival = |k: &usize| {
         let other = &all[*k];
         other.set() != best.set()
+            && shows_the_same(other)
             && of_own_course(other) <= of_own_course(best)
             && other.listed
             && other.left.log_noise == best.left.log_noise
@@ -178,7 +187,7 @@ mod tests {
     use effects::random::normal;
 
     /// Whether an effect of one column and one of three, which holds that column to a part, are told apart.
-    fn told_apart(apart: f64, inexactness: f64) -> bool {
+    fn told_apart(apart: f64, inexactness: f64, in_the_counts: &[usize]) -> bool {
         let blocks = [("one", &[1.0][..]), ("three", &[1.0; 3])];
         let problem = SyntheticProblem::new(&blocks, &|rng| {
             let mut draw = || normal(rng);
@@ -195,7 +204,10 @@ mod tests {
         let reduced = problem.reduced(&[1, 2]);
         let prior = |block| Prior::of_cause(block, inexactness);
         let effects = [prior(0), prior(1)];
-        let problem = Problem::of_unit_noise(&reduced, &effects, -2.0);
+        let problem = Problem {
+            in_the_counts,
+            ..Problem::of_unit_noise(&reduced, &effects, -2.0)
+        };
         let all = weigh(&problem);
         assert_eq!(
             all[0].set(),
@@ -243,9 +255,11 @@ mod tests {
     /// The effect of three columns pays for its freedom, and is an alias all the same.
     #[test]
     fn what_predicts_the_same_is_one_class_whatever_its_columns() {
-        assert!(!told_apart(0.0, 0.0));
-        assert!(told_apart(0.3, 0.0));
+        assert!(!told_apart(0.0, 0.0, &[]));
+        assert!(told_apart(0.3, 0.0, &[]));
+        // What the counts show of the first, they do not show of the other.
+        assert!(told_apart(0.0, 0.0, &[0]) && !told_apart(0.0, 0.0, &[1]));
         // Of forms that may lack three tenths, the same difference tells nothing.
-        assert!(!told_apart(0.3, 0.3));
+        assert!(!told_apart(0.3, 0.3, &[]));
     }
 }

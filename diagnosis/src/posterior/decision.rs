@@ -1,6 +1,7 @@
 //! From weighed sets to the verdict: ordered reasons, each with its number.
 
 use super::alias::{class, simplest};
+use super::discrepancy::excess;
 use super::hypotheses::{Hypothesis, Says, give_way_to_causes, hypotheses, own_courses_give_way};
 use super::problem::Problem;
 use super::weighed::Weighed;
@@ -70,6 +71,8 @@ pub struct Decision {
     pub left: f64,
     /// The same as a share of both.
     pub left_share: f64,
+    /// Whitened squares over the noise that the best set leaves, what its effects' forms may lack among them.
+    pub excess: f64,
     /// Blocks of coordinates that hold what it leaves, with their share of it.
     pub places: Vec<(usize, f64)>,
     /// How the probability is shared.
@@ -121,6 +124,7 @@ pub fn decide(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Decis
         explained,
         left,
         left_share: left / (left + explained).max(f64::MIN_POSITIVE),
+        excess: excess(&best.left),
         places: places(problem, best),
         masses,
         reasons: Vec::new(),

@@ -14,7 +14,7 @@ use crate::design::assembly::{Design, DesignOptions, Options};
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::selection::far_forms::far_forms;
-use crate::selection::measured::{Measured, noise_beneath_nothing};
+use crate::selection::measured::{Measured, Noise, noise_beneath_nothing};
 use crate::trace::log;
 use crate::verdict::answer::Verdict;
 use effects::Detection;
@@ -43,6 +43,8 @@ pub struct Answer {
     pub left: f64,
     /// The same as a share of both.
     pub left_share: f64,
+    /// Whitened squares over the noise that the best set leaves, what its effects' forms may lack among them.
+    pub excess: f64,
     /// Steps of the decision.
     pub reasons: Vec<Reason>,
     /// How the probability is shared.
@@ -132,7 +134,9 @@ fn first_look<'a>(prepared: &'a Prepared, options: &'a Options) -> (Look<'a>, Me
 
 /// The same by another noise of each reading, where that makes the whole comparison likelier: as it is measured of what the best set
 /// leaves, of what nothing but the baseline does, or, where it was found to be louder, as it is stated. Lines that were found meanwhile may
-/// be what was taken for noise.
+/// be what was taken for noise. Where a pattern is left beside the noise, amounts stray by the stated noise; such noise stays only where by it
+/// nothing is left that shows, or what is left is shown to be noise. Both are compared as if no form lacked anything: (7a) takes noise for what
+/// lacks.
 fn by_noise<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
@@ -143,18 +147,25 @@ fn by_noise<'a>(
         return (here, seen);
     }
     let around = here.point();
-    let about_the_set = |noise| LinearizationPoint {
-        noise,
-        ..around.clone()
+    let by = |point: &LinearizationPoint, noise: Noise| {
+        let point = LinearizationPoint {
+            noise: Some(noise.over_stated),
+            ..point.clone()
+        };
+        (point, noise.shown)
     };
     let mut points = Vec::new();
-    points.extend(seen.noise.map(|noise| about_the_set(Some(noise))));
+    points.extend(seen.noise.map(|noise| by(&around, noise)));
     if here.noise().is_some() {
-        points.push(about_the_set(None));
+        let stated = LinearizationPoint {
+            noise: None,
+            ..around.clone()
+        };
+        points.push((stated, true));
     } else {
-        let mut about_nothing = prepared.point();
-        (about_nothing.noise, here.design) = noise_beneath_nothing(prepared, options, here.design);
-        points.extend(about_nothing.noise.is_some().then_some(about_nothing));
+        let beneath_nothing;
+        (beneath_nothing, here.design) = noise_beneath_nothing(prepared, options, here.design);
+        points.extend(beneath_nothing.map(|noise| by(&prepared.point(), noise)));
     }
     let told = DesignOptions {
         previous_inputs: Some(&here.design.linearized.inputs),
@@ -163,14 +174,25 @@ fn by_noise<'a>(
     };
     if !points.is_empty() {
         let trial = Trial::of(prepared, options, &around, &here);
-        points.retain(|point| trial.is_likelier(point, told, Look::log_evidence));
+        points.retain(|(point, _)| trial.is_likelier(point, told, Look::log_evidence_of_forms));
     }
+    let likelihood = Look::log_evidence_of_forms;
     let best = points
         .iter()
-        .map(|point| look(prepared, options, point, told))
-        .max_by(|a, b| a.log_evidence().total_cmp(&b.log_evidence()));
+        .map(|(point, shown)| (look(prepared, options, point, told), shown))
+        .max_by(|a, b| likelihood(&a.0).total_cmp(&likelihood(&b.0)));
+    if let Some((best, _)) = &best {
+        log(&format!("by noise {}", compared(&here, best)));
+    }
     match best {
-        Some(best) if best.log_evidence() > here.log_evidence() => best.measured(prepared, options),
+        Some((best, shown)) if likelihood(&best) > likelihood(&here) => {
+            let (best, seen_by_it) = best.measured(prepared, options);
+            if *shown || seen_by_it.white || seen_by_it.nothing_shows {
+                (best, seen_by_it)
+            } else {
+                (here, seen)
+            }
+        }
         _ => (here, seen),
     }
 }
@@ -376,6 +398,7 @@ fn answer(
         explained: decision.explained,
         left: decision.left,
         left_share: decision.left_share,
+        excess: decision.excess,
         sets: Vec::new(),
         rounds,
     }

@@ -12,7 +12,7 @@ pub enum Fuller {
     /// Harmonics of an effect run over the phase of the unmodified output, as equation (3)'s do, and not over where the courier is: by high orders
     /// the two are a good part of a turn apart.
     Phase(&'static Card),
-    /// An effect that was found is, with another that was found, one and the same.
+    /// An effect holds what another would describe, whether that was found beside it or not.
     Subsumes(&'static Card, &'static Subsumption, fn(&mut BasisInputs)),
     /// A fuller form of an effect.
     Form(&'static Card, &'static Form),
@@ -57,8 +57,8 @@ impl Fuller {
                 }
                 told.unmodified = true;
             }
-            Self::Subsumes(card, subsumption, tell) => {
-                if !has(card.name) || !has(subsumption.other) {
+            Self::Subsumes(card, _, tell) => {
+                if !has(card.name) {
                     return None;
                 }
                 tell(&mut told);
@@ -89,7 +89,10 @@ impl Fuller {
             Self::Subsumes(card, subsumption, _) => match subsumption.known_by {
                 KnownBy::Growth { within_k } => is_growth(&with(), within_k),
                 KnownBy::MixedHarmonics => {
-                    are_the_gaps_own(&without(), card.name, subsumption.other)
+                    let without = without();
+                    let is_other = |name: &String| name == subsumption.other;
+                    let beside = without.hypothesis.effects.iter().any(is_other);
+                    !beside || are_the_gaps_own(&without, card.name, subsumption.other)
                 }
                 KnownBy::Fit => true,
             },

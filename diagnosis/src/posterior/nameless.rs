@@ -94,43 +94,48 @@ pub fn beside(problem: &Problem, set: &Fitted, alone: &Left) -> Option<Nameless>
         &[&set.log_variances[..], &f.log_variances].concat(),
         noise,
     )?;
+    let (list, amounts) = changed(problem, set, &eliminated, &f, &blocks);
+    let (times, of_set) = (noise / stated, reduced.columns(&set.set));
+    let mut whole = amounts.clone();
+    let mut own = whole.rows_mut(0, of_set.len());
+    own += &set.given.coefficients;
+    let rebuilt = reduced.log_rebuilt(&list, &whole, times, noise)
+        - reduced.log_rebuilt(&of_set, &set.given.coefficients, times, noise);
     Some(Nameless {
         powers: super::least_size::powers(&without, &f, noise),
         explained: (set.given.squares - together.squares) / noise,
         log_prior: log_odds * f.set.len() as f64,
         left: Left {
-            log_density: alone.log_density + gain,
+            log_density: alone.log_density + gain + rebuilt,
             // Of the fit of both: the shapes relieve the set's amounts as well, which what they take off the eliminated equations holds.
             squares: together.squares / stated,
             degrees: alone.degrees + set.given.told - together.told,
-            allowance: alone.allowance + allowance(problem, set, &eliminated, &f, &blocks) / stated,
+            allowance: alone.allowance + reduced.allowance(&list, &amounts) / stated,
             ..*alone
         },
         coordinates: f.set,
     })
 }
 
-/// Whitened squares that shapes beside a set add to the noise, since all their columns are formed of noisy readings: those of what the set
-/// gives way by as well.
-fn allowance(
+/// Columns of a set and of shapes beside it, with what the shapes change of their amounts: those of what the set gives way by as well.
+fn changed(
     problem: &Problem,
     set: &Fitted,
     eliminated: &Eliminated,
     shapes: &Fitted,
     blocks: &[usize],
-) -> f64 {
+) -> (Vec<usize>, DVector<f64>) {
     let Problem { reduced, noise, .. } = *problem;
     let (of_set, of_shapes) = (reduced.columns(&set.set), reduced.columns(blocks));
     let amounts = &shapes.given.coefficients;
     let across = reduced.across(&of_set, &of_shapes) * amounts / noise;
     let gives_way = eliminated.solve(&across);
-    let both: Vec<f64> = gives_way
+    let change: Vec<f64> = gives_way
         .iter()
         .map(|g| -g)
         .chain(amounts.iter().copied())
         .collect();
-    let list = [of_set, of_shapes].concat();
-    reduced.allowance(&list, &DVector::from_vec(both))
+    ([of_set, of_shapes].concat(), DVector::from_vec(change))
 }
 
 #[cfg(test)]

@@ -33,9 +33,11 @@ pub struct Left {
 impl Left {
     /// Of a set, fitted at a variance of the noise.
     pub fn of(reduced: &Reduced, fitted: &Fitted, noise: f64, stated: f64) -> Self {
+        let list = reduced.columns(&fitted.set);
+        let rebuilt = reduced.log_rebuilt(&list, &fitted.given.coefficients, noise / stated, noise);
         Self {
             log_noise: (noise / stated).ln(),
-            log_density: fitted.given.log_density + fitted.log_widths,
+            log_density: fitted.given.log_density + fitted.log_widths + rebuilt,
             squares: fitted.given.squares / stated,
             allowance: fitted.allowance / stated,
             degrees: reduced.rows - reduced.baseline as f64 - fitted.given.told,

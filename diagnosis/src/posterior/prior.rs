@@ -20,12 +20,19 @@ pub fn log_odds() -> f64 {
     (ACTS / (1.0 - ACTS)).ln()
 }
 
-/// An effect before the data, whose columns are a block.
-pub fn prior(name: &str, block: usize) -> Prior {
+/// Logarithm of the odds by which the counts speak for a clip that they show: readings pile up at its rails, or it bends the figure that a pair
+/// draws. A prior: as good as certain. An amplifier that saturates softly takes a hundred thousand squares off what a whole figure leaves.
+const IN_THE_COUNTS: f64 = 2.0e3;
+
+/// An effect before the rows, whose columns are a block.
+pub fn prior(name: &str, block: usize, linearized: &LinearizedRecording) -> Prior {
     let shape = effects::has(name, Card::is_shape);
+    let seen = is_in_the_counts(name, linearized);
     Prior {
         block,
-        log_odds: log_odds() + if shape { SHAPE.ln() } else { 0.0 },
+        log_odds: log_odds()
+            + if shape { SHAPE.ln() } else { 0.0 }
+            + if seen { IN_THE_COUNTS } else { 0.0 },
         inexactness: effects::inexactness(name),
         shape,
         listed: !is_unlisted(name),
@@ -46,6 +53,15 @@ pub fn is_of_lines(name: &str) -> bool {
 pub fn is_of_own_course(name: &str, linearized: &LinearizedRecording) -> bool {
     effects::has(name, Card::keeps_its_own_time)
         && !is_one_way(&linearized.observations.temperature_c)
+}
+
+/// True if a block is of an effect that the counts show by themselves, whatever the rows say.
+pub fn is_in_the_counts(name: &str, linearized: &LinearizedRecording) -> bool {
+    let shown = |s: usize| {
+        let counted = !linearized.observations.pair_counts[s].is_empty();
+        counted && linearized.inputs.clip[s].is_some()
+    };
+    effects::is(name, Detection::ByRails) && (0..4).any(shown)
 }
 
 /// True if a block is of shapes over a logged column, by its name.

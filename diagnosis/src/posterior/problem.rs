@@ -19,6 +19,8 @@ pub struct Problem<'r> {
     pub of_lines: &'r [usize],
     /// Blocks of effects that follow a course of their own, which no quantity of the recording foretells.
     pub of_own_course: &'r [usize],
+    /// Blocks of effects that the counts show by themselves, whatever the rows say: another set predicts no such counts.
+    pub in_the_counts: &'r [usize],
     /// Blocks of shapes over a column that the machine logs: what follows such a column has a cause that is in no catalogue.
     pub logged: &'r [usize],
     /// Logarithm of the prior odds of each coordinate, and of louder noise.
@@ -37,6 +39,7 @@ impl<'r> Problem<'r> {
             coordinates: &[],
             of_lines: &[],
             of_own_course: &[],
+            in_the_counts: &[],
             logged: &[],
             log_odds,
         }

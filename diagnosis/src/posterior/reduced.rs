@@ -111,6 +111,23 @@ impl Reduced {
         by_stated_noise.less_common(1.0)
     }
 
+    /// The same columns, that carry no noise and are of no mean, with another target: its products with the columns, and its squares.
+    #[cfg(test)]
+    pub(super) fn with_target(&self, right: DVector<f64>, squares: f64) -> Self {
+        let none = DVector::zeros(right.len());
+        Self {
+            common: Common {
+                right: none.clone(),
+                squares: [0.0; 2],
+            },
+            centre: none,
+            carried: None,
+            right,
+            squares,
+            ..self.clone()
+        }
+    }
+
     /// Products with the target, and those among them that noise makes.
     pub fn targets(&self) -> [&DVector<f64>; 2] {
         [&self.right, &self.common.right]
@@ -153,6 +170,25 @@ impl Reduced {
         };
         let noise = DMatrix::from_fn(list.len(), list.len(), |a, b| carried[(list[a], list[b])]);
         self.rows * coefficients.dot(&(noise * coefficients))
+    }
+
+    /// Logarithm of the density that coefficients of some columns seem to gain by rebuilding the target's own noise of the noise that the
+    /// columns carry, at so many times the variance that the columns were formed by, where the target's is `noise`: at most 0. The density of
+    /// the readings is that of the residuals times how far the residuals move with the readings, and what rebuilds the noise moves them less.
+    /// Of a row's variance `1 − 2 cᵀw + wᵀCw` of the noise is left, with the products `c` of the columns' noise with the target's and `C`
+    /// among each other; a row's density is made so much wider (Fuller 1987, measurement error models: the likelihood of the readings).
+    pub fn log_rebuilt(
+        &self,
+        list: &[usize],
+        coefficients: &DVector<f64>,
+        times: f64,
+        noise: f64,
+    ) -> f64 {
+        let each = list.iter().zip(coefficients.iter());
+        let common: f64 = each.map(|(c, w)| self.common.right[*c] * w).sum();
+        let added = self.allowance(list, coefficients) - 2.0 * times * common;
+        let left = 1.0 + added / (self.rows * noise);
+        0.5 * self.rows * left.clamp(f64::MIN_POSITIVE, 1.0).ln()
     }
 
     /// Products of some columns among each other.
@@ -253,6 +289,30 @@ mod tests {
     const ROWS: usize = 500;
     const VARIANCE: f64 = 0.01;
     const SHARE: f64 = 0.5;
+
+    /// A column that carries the target's own noise, as much of it, rebuilds a part `b` of it by that amount: of each row's noise `1 − b` is
+    /// left, and the density of a row is as much narrower.
+    #[test]
+    fn what_rebuilds_the_noise_gains_nothing_by_it() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let row = |_| vec![1.0, normal(&mut rng), normal(&mut rng)];
+        let rows: Vec<Vec<f64>> = (0..ROWS).map(row).collect();
+        let problem = SyntheticProblem::of_rows(1, &[("block", 1)], &rows);
+        let reduced = problem.with_shared_errors(1.0, 1.0).reduced(&[1]);
+        let rebuilt = |amount: f64, times: f64| {
+            let amounts = DVector::from_element(1, amount);
+            reduced
+                .at_noise(times)
+                .log_rebuilt(&[0], &amounts, times, times)
+        };
+        for part in [0.1_f64, 0.5, 0.9] {
+            let lost = ROWS as f64 * (1.0 - part).ln();
+            assert!((rebuilt(part, 1.0) / lost - 1.0).abs() < 0.02, "{part}");
+            assert!((rebuilt(part, 9.0) / lost - 1.0).abs() < 0.02, "{part}");
+        }
+        // What adds to the noise gains nothing either.
+        assert_eq!(rebuilt(-0.5, 1.0), 0.0);
+    }
 
     /// At four times the noise, products with the target are those that are left when four times what noise makes common is taken off, the
     /// baseline's included: by whole matrices.

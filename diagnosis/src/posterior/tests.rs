@@ -1,6 +1,8 @@
 //! Simulation-based calibration: problems drawn from the prior itself, whose posterior must be right as often as it says (Talts and others
 //! 2018, arXiv 1804.06788; of the probabilities of sets: Schad and others 2023, Psychological Methods 28, 1404).
 
+mod full_size;
+
 use super::evidence::given;
 use super::least_size::{SetAtSizes, least_squares, log_normal};
 use super::problem::{Prior, Problem};
@@ -45,6 +47,30 @@ struct Drawn {
     errors: Vec<f64>,
 }
 
+impl Drawn {
+    /// What weighing a problem shows, of which the true set is known with its sizes, amounts and noise.
+    fn of(problem: &Problem, set: &[usize], (sizes, truth): (&[f64], &[f64]), noise: f64) -> Self {
+        let all = weigh(problem);
+        let weights: Vec<f64> = all.iter().map(|w| w.log_weight(problem.log_odds)).collect();
+        let total = super::noise_scale::log_sum(weights.iter().copied());
+        let acts = |effect: &Prior| {
+            let with = all.iter().zip(&weights);
+            let with = with.filter(|(w, _)| w.set().contains(&effect.block));
+            let probability = with.map(|(_, weight)| (weight - total).exp()).sum::<f64>();
+            (probability, set.contains(&effect.block))
+        };
+        let fit = given(problem.reduced, set, sizes, noise).unwrap();
+        let columns = problem.reduced.columns(set);
+        let deviations = fit.eliminated.variances();
+        let error =
+            |(k, c): (usize, &usize)| (truth[*c] - fit.coefficients[k]) / deviations[k].sqrt();
+        Self {
+            acts: problem.effects.iter().map(acts).collect(),
+            errors: columns.iter().enumerate().map(error).collect(),
+        }
+    }
+}
+
 /// Draws a problem from the prior and weighs it.
 fn drawn(kind: Kind, rng: &mut ChaCha8Rng) -> Drawn {
     let width: usize = BLOCKS.iter().map(|b| b.1).sum();
@@ -83,27 +109,7 @@ fn drawn(kind: Kind, rng: &mut ChaCha8Rng) -> Drawn {
     };
     let effects: Vec<Prior> = (0..BLOCKS.len()).map(prior).collect();
     let problem = Problem::of_unit_noise(&reduced, &effects, odds(kind.louder));
-    let all = weigh(&problem);
-    let weights: Vec<f64> = all.iter().map(|w| w.log_weight(problem.log_odds)).collect();
-    let total = super::noise_scale::log_sum(weights.iter().copied());
-    let acts = |block: usize| {
-        let with = all
-            .iter()
-            .zip(&weights)
-            .filter(|(w, _)| w.set().contains(&block));
-        (
-            with.map(|(_, weight)| (weight - total).exp()).sum::<f64>(),
-            there[block],
-        )
-    };
-    let fit = given(&reduced, &set, &sizes, log_noise.exp()).unwrap();
-    let columns = reduced.columns(&set);
-    let deviations = fit.eliminated.variances();
-    let error = |(k, c): (usize, &usize)| (truth[*c] - fit.coefficients[k]) / deviations[k].sqrt();
-    Drawn {
-        acts: (0..BLOCKS.len()).map(acts).collect(),
-        errors: columns.iter().enumerate().map(error).collect(),
-    }
+    Drawn::of(&problem, &set, (&sizes, &truth), log_noise.exp())
 }
 
 /// The logarithms of the variances of a set's effects, and all amounts, from the prior cut off below the least size.
@@ -142,12 +148,17 @@ fn worth_naming(
     }
 }
 
-/// Checks so many problems: an effect acts as often as its probability says, over all and in each part of the scale, and coefficients
-/// scatter about their means as their covariance says.
+/// Checks so many problems.
 fn check(kind: Kind, problems: u64) {
     let all: Vec<Drawn> = (0..problems)
         .map(|seed| drawn(kind, &mut ChaCha8Rng::seed_from_u64(seed)))
         .collect();
+    are_calibrated(&all);
+}
+
+/// Of problems that were drawn from the prior an effect acts as often as its probability says, over all and in each part of the scale, and coefficients
+/// scatter about their means as their covariance says.
+fn are_calibrated(all: &[Drawn]) {
     let acts: Vec<(f64, bool)> = all.iter().flat_map(|d| d.acts.iter().copied()).collect();
     for [low, high] in [
         [0.0, 1.1],

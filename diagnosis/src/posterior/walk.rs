@@ -70,20 +70,29 @@ fn exactly(problem: &Problem, near: &Fitted) -> Option<Weighed> {
 }
 
 /// Places of the sets that are looked at closely: the likeliest of those that hold an effect of many columns, whose other sets are left
-/// out, and of those that do not. The empty set always: without it nothing is said of a gap that no effect explains.
+/// out, those that lack one effect of the likeliest of them, and the likeliest of those that hold none. The empty set always: without it
+/// nothing is said of a gap that no effect explains.
 fn shown(problem: &Problem, all: &[Weighed]) -> Vec<usize> {
     let likeliest = |many: bool| {
         let of_it = (0..all.len()).filter(move |k| holds_many(problem, &all[*k]) == many);
         of_it.take(WITH_SHAPES)
     };
     let empty = all.iter().position(|w| w.set().is_empty());
+    let largest = likeliest(true).next();
+    let lacks_one = |k: &usize| largest.is_some_and(|l| is_less_one(all[*k].set(), all[l].set()));
     let mut out: Vec<usize> = likeliest(false)
         .chain(likeliest(true))
+        .chain((0..all.len()).filter(lacks_one))
         .chain(empty)
         .collect();
     out.sort_unstable();
     out.dedup();
     out
+}
+
+/// True if a set is another without one of its effects.
+fn is_less_one(set: &[usize], of: &[usize]) -> bool {
+    set.len() + 1 == of.len() && set.iter().all(|b| of.contains(b))
 }
 
 /// True if one of its effects has many columns.

@@ -8,7 +8,7 @@ use super::held_out::refuted;
 use super::hypotheses::LOG_WEIGHT_THAT_COUNTS;
 use super::least_size::least_squares;
 use super::noise_scale::log_sum;
-use super::prior::{is_logged, is_of_lines, is_of_own_course, log_odds, prior};
+use super::prior::{is_in_the_counts, is_logged, is_of_lines, is_of_own_course, log_odds, prior};
 use super::problem::{Prior, Problem};
 use super::reduced::Reduced;
 use super::sets::weigh;
@@ -67,6 +67,7 @@ pub struct Weighing {
     of_lines: Vec<usize>,
     of_own_course: Vec<usize>,
     logged: Vec<usize>,
+    in_the_counts: Vec<usize>,
     weighed: Vec<Weighed>,
     /// Single effects, the one that leaves least by the stated noise first.
     alone: Vec<usize>,
@@ -94,7 +95,10 @@ impl Weighing {
         let mut out = Self {
             stated: floor(design),
             reduced,
-            effects: effects.into_iter().map(|b| prior(&names[b], b)).collect(),
+            effects: effects
+                .into_iter()
+                .map(|b| prior(&names[b], b, &design.linearized))
+                .collect(),
             coordinates,
             of_lines: of_lines(&names, &design.linearized),
             of_own_course: (0..names.len())
@@ -102,6 +106,9 @@ impl Weighing {
                 .collect(),
             logged: (0..names.len())
                 .filter(|b| is_logged(&names[*b], &design.linearized.inputs))
+                .collect(),
+            in_the_counts: (0..names.len())
+                .filter(|b| is_in_the_counts(&names[*b], &design.linearized))
                 .collect(),
             names,
             weighed: Vec::new(),
@@ -135,7 +142,7 @@ impl Weighing {
         self.weighed.retain(|w| w.set().is_empty());
     }
 
-    fn problem(&self) -> Problem<'_> {
+    pub(super) fn problem(&self) -> Problem<'_> {
         Problem {
             reduced: &self.reduced,
             stated: self.stated,
@@ -145,6 +152,7 @@ impl Weighing {
             of_lines: &self.of_lines,
             of_own_course: &self.of_own_course,
             logged: &self.logged,
+            in_the_counts: &self.in_the_counts,
             log_odds: log_odds(),
         }
     }

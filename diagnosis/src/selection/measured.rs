@@ -8,7 +8,7 @@ use crate::design::assembly::{Design, Options};
 use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::noise::simulated::Floor;
-use crate::selection::limits::STAYS_VISIBLE;
+use crate::selection::limits::{NOISY_RATIO, STAYS_VISIBLE, VISIBLE_GAP_RATIO};
 use crate::selection::search::SearchResult;
 use effects::sensor::READINGS;
 
@@ -17,6 +17,8 @@ use effects::sensor::READINGS;
 pub(crate) struct Measured {
     /// What is left beyond the stated noise is shown to be white: noise, or bursts that are too small to stand out.
     pub(crate) white: bool,
+    /// Nothing that shows is left beyond the noise in force.
+    pub(crate) nothing_shows: bool,
     /// Short disturbances stand out of it.
     pub(crate) bursts: bool,
     /// What is louder than stated is in the tails alone: it is no noise but what is left of these bursts.
@@ -25,8 +27,17 @@ pub(crate) struct Measured {
     pub(crate) missing_codes: Option<(String, f64)>,
     /// Samples in use, where the set shows others to be disturbed than was thought.
     pub(crate) mask: Option<Vec<bool>>,
-    /// Noise of each reading over the stated one, where what is left is shown to be noise.
-    pub(crate) noise: Option<[f64; READINGS]>,
+    /// Noise of each reading, where most of what is left is rough.
+    pub(crate) noise: Option<Noise>,
+}
+
+/// Noise of each reading as it is measured.
+#[derive(Clone, Copy)]
+pub(crate) struct Noise {
+    /// Over the stated one.
+    pub(crate) over_stated: [f64; READINGS],
+    /// All that is left is shown to be noise. Otherwise most of it is rough, and a pattern is left as well.
+    pub(crate) shown: bool,
 }
 
 /// Rounding to the codes that are left explains the gap if it makes more of it than all else.
@@ -81,13 +92,13 @@ pub(super) fn selection_of<'a>(
     }
 }
 
-/// Noise of each reading over the stated one, where what the baseline alone leaves is shown to be noise; the design comes back. Noise that is
-/// far above the stated one is rebuilt by columns that are formed of noisy readings, and what a set leaves then says nothing of it.
+/// Noise of each reading over the stated one beneath what the baseline alone leaves; the design comes back. Noise that is far above the stated
+/// one is rebuilt by columns that are formed of noisy readings, and what a set leaves then says nothing of it.
 pub(crate) fn noise_beneath_nothing<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
     design: Design<'a>,
-) -> (Option<[f64; READINGS]>, Design<'a>) {
+) -> (Option<Noise>, Design<'a>) {
     let bare = RelinearizedFit::new(&design.linearized, prepared.point(), &[]);
     let selection = selection_of(prepared, options, (design, bare));
     (measured_noise(&selection), selection.design)
@@ -98,14 +109,26 @@ fn is_no_tail(selection: &ModelSelection, bursts: &Bursts) -> bool {
     bursts.are_few() || selection.in_the_middle(&selection.after)
 }
 
-/// Noise of each reading over the stated one, where what is left is shown to be noise; measured anew where the design is whitened by such
-/// noise already.
-fn measured_noise(selection: &ModelSelection) -> Option<[f64; READINGS]> {
-    let noise = match selection.noise {
-        Some(_) => selection.noise_of_readings(),
-        None => selection.noise_left()?,
+/// Noise of each reading over the stated one, where what is left is shown to be noise, or most of it is rough; measured anew where the design is
+/// whitened by such noise already.
+fn measured_noise(selection: &ModelSelection) -> Option<Noise> {
+    let (over_stated, shown) = match (selection.noise, selection.noise_left()) {
+        (Some(_), _) => (selection.noise_of_readings(), true),
+        (None, Some(shown)) => (shown, true),
+        (None, None) if selection.is_rough_on_the_whole(&selection.after) => {
+            (selection.noise_of_readings(), false)
+        }
+        (None, None) => return None,
     };
-    is_no_tail(selection, &selection.bursts()).then_some(noise)
+    let bursts = selection.bursts();
+    // Bursts are rough as well, and what is left beside them need be no noise.
+    let no_bursts = if shown {
+        is_no_tail(selection, &bursts)
+    } else {
+        bursts.are_few() && selection.in_the_middle(&selection.after)
+    };
+    let is_noise = no_bursts && over_stated.iter().any(|n| *n > NOISY_RATIO);
+    is_noise.then_some(Noise { over_stated, shown })
 }
 
 /// Measures what a fit of some effects leaves; design and fit come back.
@@ -129,6 +152,7 @@ pub(crate) fn measured<'a>(
     let in_the_tails = !is_no_tail(&selection, &bursts);
     let measured = Measured {
         white: white && (!in_the_tails || hold),
+        nothing_shows: left.white_rms() <= VISIBLE_GAP_RATIO,
         bursts: hold,
         small_bursts: white && in_the_tails && hold,
         missing_codes: selection.missing_codes().map(|l| (l.coordinate, l.share)),

@@ -91,6 +91,13 @@ impl ModelSelection<'_> {
         moving.pairs < ROUGH_PAIRS || !moving.is_pattern(stated)
     }
 
+    /// True if most of what is left beyond the stated noise changes from sample to sample on smooth paths, all channels together.
+    pub(super) fn is_rough_on_the_whole(&self, residuals: &Residuals) -> bool {
+        let path = self.path_steps(residuals);
+        let beyond = |sum: f64| sum - self.floor.white_square * path.pairs as f64;
+        path.pairs > ROUGH_PAIRS && beyond(path.step) > WHITE_STEP_RATIO * beyond(path.level)
+    }
+
     /// True if what is left is not only rough but shown to be noise: there are smooth paths to see it on, it is there at rest,
     /// and it is small beside a tooth. Over separate poses any pattern looks like noise.
     pub(super) fn is_noise(&self, residuals: &Residuals) -> bool {

@@ -75,12 +75,14 @@ fn a_span_beside_heavy_noise_is_named() {
 }
 
 /// By the stated noise the amounts stray beyond any size, as what is there is twelve times that.
+pub fn direction_beside_noise() -> Case {
+    let effects = [("hysteresis", 3.554e-6), ("excess_noise", 0.868e-6)];
+    pair(2_316_265_008_197_235, effects)
+}
+
 #[test]
 fn a_direction_beside_noise_that_hides_its_size_is_named() {
-    both_named(&pair(
-        2_316_265_008_197_235,
-        [("hysteresis", 3.554e-6), ("excess_noise", 0.868e-6)],
-    ));
+    both_named(&direction_beside_noise());
 }
 
 /// What a change with the angle is at the ends of the angle's range is no burst.

@@ -1,7 +1,10 @@
 //! Answers on which the posterior decides, on short recordings of one segment beside a reference.
 
+use crate::beside::direction_beside_noise;
+use crate::clip::{AMPLIFIERS, saturated};
 use crate::forms::channel_turns;
 use crate::rings::{Ring, named, recorded};
+use crate::whole::gap_with_thirds;
 use diagnosis::selection::by_posterior::diagnose_by_posterior;
 use diagnosis::verdict::answer::Verdict;
 use diagnosis::{Options, check};
@@ -63,6 +66,44 @@ fn fewer_effects_that_do_the_same_are_told() {
         .map(|e| e.name.as_str())
         .collect();
     assert_eq!(names, ["angle_dependence"]);
+}
+
+fn names(recording: &Recording) -> Vec<String> {
+    let (answer, _) = diagnose_by_posterior(recording, "first", &Options::default(), false);
+    let effects = answer.diagnosis.effects.iter();
+    let mut names: Vec<String> = effects.map(|e| e.name.clone()).collect();
+    names.sort_unstable();
+    names
+}
+
+/// Noise of twelve times the stated one, by which amounts stray: most of what they leave is rough, and a pattern is left as well.
+#[test]
+#[ignore = "nightly: half a minute"]
+fn noise_beneath_a_pattern_is_told() {
+    assert_eq!(
+        names(&direction_beside_noise().recorded(0)),
+        ["excess_noise", "hysteresis"]
+    );
+}
+
+/// Harmonics describe what a soft clip does to the phase as well as its own form does, and bend no figure.
+#[test]
+#[ignore = "nightly: a quarter of a minute"]
+fn what_bends_the_figure_is_a_clip() {
+    for (name, amplifier) in AMPLIFIERS {
+        assert_eq!(names(&saturated(amplifier)), ["adc_clipping"], "{name}");
+    }
+}
+
+/// Third harmonics that equation (3) lacks are a gap's own, and are told where no harmonics are found beside it.
+#[test]
+#[ignore = "nightly: a quarter of a minute"]
+fn a_gap_holds_what_equation_3_lacks() {
+    let [first, _] = gap_with_thirds();
+    let (answer, _) = diagnose_by_posterior(&first, "first", &Options::default(), false);
+    let left = answer.diagnosis.held_out.whitened_after;
+    assert_eq!(answer.diagnosis.effects[0].name, "gap_variation");
+    assert!(left < 1.1, "{left}");
 }
 
 /// A ring at one speed: what follows its poles has lines in the spectrum, which speak against no field.

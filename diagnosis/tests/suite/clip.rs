@@ -103,7 +103,7 @@ fn corners_at_which_both_channels_are_cut_are_left_out() {
 
 /// Three amplifiers that give way before their rails, none of them of the form that the sensor's side knows but in its limit: a
 /// differential pair, one whose slope falls evenly to zero, an arctangent.
-const AMPLIFIERS: [(&str, fn(f64) -> f64); 3] = [
+pub const AMPLIFIERS: [(&str, fn(f64) -> f64); 3] = [
     ("tanh", |v| 0.75 * (v / 0.75).tanh()),
     ("even", |v| {
         let over = (v.abs() - 0.65).clamp(0.0, 0.3);
@@ -112,20 +112,25 @@ const AMPLIFIERS: [(&str, fn(f64) -> f64); 3] = [
     ("arctangent", |v| (1.1 * v).atan() / 1.1),
 ];
 
-#[test]
-fn what_saturates_softly_is_no_harmonic() {
+/// A courier of the independent simulator, all of whose pairs go through an amplifier.
+pub fn saturated(amplifier: fn(f64) -> f64) -> recording::Recording {
     let options = rig::Options {
         samples: 6000,
         ..rig::Options::default()
     };
     let plain = rig::record(33, &[], &options).0;
     let amplitude = plain.meta.electronics.amplitude_counts.unwrap();
+    changed(&plain, |row| {
+        for pair in row.quadrature_counts.iter_mut().flatten() {
+            *pair = pair.map(|v| (amplitude * amplifier(v / amplitude)).round());
+        }
+    })
+}
+
+#[test]
+fn what_saturates_softly_is_no_harmonic() {
     for (name, amplifier) in AMPLIFIERS {
-        let recording = changed(&plain, |row| {
-            for pair in row.quadrature_counts.iter_mut().flatten() {
-                *pair = pair.map(|v| (amplitude * amplifier(v / amplitude)).round());
-            }
-        });
+        let recording = saturated(amplifier);
         let d = diagnose_fully(&recording, name, &Options::default()).diagnosis;
         assert_eq!(names(&d), ["adc_clipping"], "{name}: {:?}", d.verdict);
         assert!(
