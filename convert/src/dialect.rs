@@ -116,7 +116,7 @@ pub fn recognise(text: &str) -> Option<Dialect> {
     };
     let named = |line: usize| padded(fields(uncommented(lines[line]), separator), width);
     let units = match above[..] {
-        [_, units] => Some(named(units)),
+        [_, units] => Some(named(units).iter().map(|unit| bare(unit)).collect()),
         _ => None,
     };
     Some(Dialect {
@@ -135,7 +135,8 @@ pub fn recognise(text: &str) -> Option<Dialect> {
 }
 
 /// The lines directly above the data that have as many fields as these, from above; one field less where each row of data ends
-/// with a separator. A line that begins with `#` is one of them only where no other line is.
+/// with a separator. A line that begins with `#` is one of them only where no other line is, and of those the last, with the one before it where
+/// all of the last stands in brackets, as units do.
 fn rows_above(lines: &[&str], separator: Separator, width: usize) -> Vec<usize> {
     let wide = |line: &str| {
         let fields = fields(uncommented(line), separator);
@@ -160,7 +161,30 @@ fn rows_above(lines: &[&str], separator: Separator, width: usize) -> Vec<usize> 
         return plain;
     }
     let commented = directly(&|line| comment(line).is_some() && wide(line));
-    commented.last().copied().into_iter().collect()
+    let in_brackets = |line: &usize| {
+        let units = fields(uncommented(lines[*line]), separator);
+        units.iter().all(|unit| bare(unit).len() < unit.len())
+    };
+    let count = 1 + usize::from(commented.last().is_some_and(in_brackets));
+    commented[commented.len().saturating_sub(count)..].to_vec()
+}
+
+/// A unit without the brackets that it stands in.
+fn bare(unit: &str) -> String {
+    let within = |open, close| unit.strip_prefix(open)?.strip_suffix(close);
+    within('[', ']')
+        .or_else(|| within('(', ')'))
+        .unwrap_or(unit)
+        .to_owned()
+}
+
+/// A field without the blanks around it, and without the semicolon that ends each row of a matrix as MATLAB writes it.
+#[must_use]
+pub fn plain(field: &str, separator: Separator) -> &str {
+    match separator {
+        Separator::Semicolon => field.trim(),
+        _ => field.trim_end_matches([';', ' ', '\t']).trim_start(),
+    }
 }
 
 /// The separator that splits all of these lines into equally many fields, the most of them numbers; failing that, the one that
@@ -224,8 +248,9 @@ pub fn number(field: &str, decimal_comma: bool) -> Option<f64> {
 /// The fields of one line, without quotation marks and the blanks around them.
 #[must_use]
 pub fn fields(line: &str, separator: Separator) -> Vec<String> {
+    let own = |field: &str| plain(field, separator).to_owned();
     if separator == Separator::Blanks {
-        return line.split_whitespace().map(str::to_owned).collect();
+        return line.split_whitespace().map(own).collect();
     }
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -233,10 +258,7 @@ pub fn fields(line: &str, separator: Separator) -> Vec<String> {
         .delimiter(separator.byte())
         .from_reader(line.as_bytes());
     let row = reader.records().next().and_then(Result::ok);
-    row.iter()
-        .flatten()
-        .map(|field| field.trim().to_owned())
-        .collect()
+    row.iter().flatten().map(own).collect()
 }
 
 /// What follows the mark of a line that begins with one of a comment.
@@ -314,6 +336,13 @@ mod tests {
                 5,
             ),
             ("0;1\n1;2\n", None, None, 1),
+            // As a logger of an ODrive writes for MATLAB.
+            (
+                "%Data\n%Date:,today\n\n%t,a\n%[s],[rad]\n0,1;\n1,2;\n",
+                Some("t|a"),
+                Some("s|rad"),
+                6,
+            ),
             ("logger 7\nt;a\n0;1\n1;2\n", Some("t|a"), None, 3),
             ("t;a\n0;1;\n1;2;\n", Some("t|a|"), None, 2),
         ] {

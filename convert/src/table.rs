@@ -1,6 +1,6 @@
 //! The table of a log: its columns as numbers, with the lines that they stand on.
 
-use crate::dialect::{Dialect, Separator, comment, number, recognise};
+use crate::dialect::{Dialect, Separator, comment, number, plain, recognise};
 use recording::Error;
 use std::path::Path;
 
@@ -161,7 +161,7 @@ impl Log {
         }
         let index = self.lines.len();
         for (column, field) in self.columns.iter_mut().zip(row) {
-            let field = field.trim();
+            let field = plain(field, self.dialect.separator);
             let value = number(field, self.dialect.decimal_comma);
             column.numbers.push(value.unwrap_or(f64::NAN));
             if value.is_none() && !NOT_MEASURED.contains(&field.to_ascii_lowercase().as_str()) {
@@ -214,6 +214,15 @@ mod tests {
         assert_eq!(log.columns[1].numbers[0], 1.0);
         assert!(log.columns[1].numbers[1].is_nan() && log.columns[1].words.is_empty());
         assert_eq!(log.columns[2].words, [(0, "up".into()), (1, "down".into())]);
+    }
+
+    /// A row of a matrix as MATLAB writes it ends with a semicolon.
+    #[test]
+    fn what_ends_a_row_is_no_word() {
+        let log = read("t,a\n0,1;\nnan,nan;\n1,2;\n").unwrap();
+        assert!(log.columns.iter().all(|column| column.words.is_empty()));
+        assert_eq!([0, 2].map(|row| log.columns[1].numbers[row]), [1.0, 2.0]);
+        assert!(log.columns[1].numbers[1].is_nan());
     }
 
     #[test]
