@@ -19,7 +19,7 @@ use rand_distr::{Distribution, StandardUniform};
 
 /// The paper's motion with so many poses that their teeth count more than how few they are.
 const MOTION: Motion = Motion {
-    poses: 3000,
+    poses: 5000,
     turn_rad: 8.727e-3,
     plan: Plan::Random,
 };
@@ -144,26 +144,54 @@ fn called_changed(poses: u32, seed: u64) -> usize {
     changed
 }
 
-/// One time in twenty, to 2 %.
+/// One time in twenty, to 2 %: what is asked (docs/comparing.md has what comes).
+fn is_as_often_as_is_said(changed: usize) {
+    assert!((30..=70).contains(&changed), "{changed} of 1000");
+}
+
 #[test]
 #[ignore = "nightly: five minutes of processor time"]
 fn repeated_calibrations_are_called_changed_as_often_as_is_said() {
-    let changed = called_changed(1000, 26_000_000);
-    assert!((30..=70).contains(&changed), "{changed}");
+    is_as_often_as_is_said(called_changed(1000, 26_000_000));
 }
 
-/// The same of a third of the poses.
 #[test]
 #[ignore = "nightly: two minutes of processor time"]
 fn repeated_calibrations_of_fewer_poses_are_called_changed_as_often_as_is_said() {
-    let changed = called_changed(333, 24_000_000);
-    assert!((30..=70).contains(&changed), "{changed}");
+    is_as_often_as_is_said(called_changed(333, 24_000_000));
 }
 
-/// Of very few poses they are called changed too often (docs/comparing.md), but no more than twice as often as is said.
 #[test]
 #[ignore = "nightly: two minutes of processor time"]
-fn repeated_calibrations_of_very_few_poses_are_called_changed_too_often() {
-    let changed = called_changed(120, 25_000_000);
-    assert!(changed <= 100, "{changed}");
+fn repeated_calibrations_of_few_poses_are_called_changed_as_often_as_is_said() {
+    is_as_often_as_is_said(called_changed(120, 25_000_000));
+}
+
+/// The same of the paper's courier, whose lateral terms are always the same.
+fn of_the_papers_courier(poses: u32, seed: u64) {
+    let motion = Motion { poses, ..MOTION };
+    let list = calibrated(motion, presets::paper(), 2000, seed);
+    let (mean, changed) = pairs_of_one_state(&list);
+    println!(
+        "{poses} poses, the paper's courier: {changed} of 1000 called changed, mean square {mean:.2}"
+    );
+    is_as_often_as_is_said(changed);
+}
+
+#[test]
+#[ignore = "nightly: a minute of processor time"]
+fn calibrations_of_the_papers_courier_are_called_changed_as_often_as_is_said() {
+    of_the_papers_courier(1000, 640_917);
+}
+
+#[test]
+#[ignore = "nightly: a minute of processor time"]
+fn calibrations_of_the_papers_courier_by_fewer_poses_are_called_changed_as_often_as_is_said() {
+    of_the_papers_courier(333, 650_917);
+}
+
+#[test]
+#[ignore = "nightly: a minute of processor time"]
+fn calibrations_of_the_papers_courier_by_few_poses_are_called_changed_as_often_as_is_said() {
+    of_the_papers_courier(120, 660_917);
 }

@@ -228,4 +228,31 @@ mod tests {
         assert_eq!(likeliest(1.0, 0.3, 0.0), [0, 1]);
         assert_eq!(likeliest(1.0, 1.0, 0.5), [0, 1]);
     }
+
+    /// Beside an effect of many columns two others act, and six do not. Sets with one of the six besides are likelier than those without one of the
+    /// two; these are compared all the same, since a smaller set may predict the same.
+    #[test]
+    fn sets_that_lack_one_effect_of_the_likeliest_are_compared() {
+        const IDLE: usize = 6;
+        let many = vec![1.0; LARGE + 1];
+        let mut blocks = vec![("large", &many[..]), ("one", &[1.0]), ("other", &[1.0])];
+        blocks.extend([("idle", &[1.0][..]); IDLE]);
+        let problem = SyntheticProblem::new(&blocks, &|rng| {
+            let mut row = vec![1.0];
+            row.extend((0..LARGE + 3 + IDLE).map(|_| normal(rng)));
+            let sum: f64 = row[1..LARGE + 2].iter().sum();
+            row.push(0.2 * sum + row[LARGE + 2] + row[LARGE + 3] + normal(rng));
+            row
+        });
+        let numbers: Vec<usize> = (1..=blocks.len()).collect();
+        let reduced = problem.reduced(&numbers);
+        let effects: Vec<Prior> = (0..blocks.len())
+            .map(|block| Prior::of_cause(block, 0.05))
+            .collect();
+        let all = walk(&Problem::of_unit_noise(&reduced, &effects, -2.0));
+        assert_eq!(all[0].set(), [0, 1, 2]);
+        for set in [[0, 1], [0, 2]] {
+            assert!(all.iter().any(|w| w.set() == set), "{set:?}");
+        }
+    }
 }
