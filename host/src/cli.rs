@@ -11,7 +11,7 @@ use std::process::ExitCode;
 /// What `courier --version` says beside the number: what this build can talk to and read.
 fn long_version() -> String {
     let told = |is_in: bool| if is_in { "built in" } else { "not built in" };
-    let probes = told(cfg!(feature = "probe"));
+    let probes = told(cfg!(feature = "probe-code"));
     let parquet = told(cfg!(feature = "parquet"));
     let mcap = told(cfg!(feature = "mcap"));
     format!(

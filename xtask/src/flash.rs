@@ -54,7 +54,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
         "--package",
         "link-host",
         "--features",
-        "probe",
+        "probe,chips",
         "--bin",
         "write",
         "--",

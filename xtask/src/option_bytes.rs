@@ -21,6 +21,6 @@ pub fn run_command(arguments: &[String]) -> Result<()> {
     let mut command = Command::new(cargo);
     command.current_dir(root());
     command.args(["run", "--quiet", "--release", "--package", "link-host"]);
-    command.args(["--features", "probe", "--bin", "options", "--"]);
+    command.args(["--features", "probe,chips", "--bin", "options", "--"]);
     run(command.args(arguments))
 }

@@ -189,13 +189,13 @@ fn lints() -> Tally {
     let mut total = step(
         "lints",
         clippy(
-            "--workspace --all-targets --features courier/probe,courier/parquet,courier-python/module",
+            "--workspace --all-targets --features courier/probe-code,courier/parquet,courier-python/module",
         ),
     );
     // Not among all targets, since a bare `cargo test` leaves it out.
     total.add(step(
         "lints of the emulated board's and the chip's tests",
-        clippy("--workspace --test emulated --test chip --features courier/probe,courier/parquet,courier-python/module"),
+        clippy("--workspace --test emulated --test chip --features courier/probe-code,courier/parquet,courier-python/module"),
     ));
     total
 }
@@ -208,7 +208,7 @@ fn documentation() -> Tally {
         "--profile",
         "checked",
         "--features",
-        "courier/probe,courier/parquet,courier-python/module",
+        "courier/probe-code,courier/parquet,courier-python/module",
     ]);
     command.env("RUSTDOCFLAGS", "-D warnings");
     step("documentation", command)

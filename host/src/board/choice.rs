@@ -430,7 +430,7 @@ fn keep(flash: &SharedFlash, path: &Path) -> Result<()> {
     replace_file(path, &kept).context("--sim-flash")
 }
 
-#[cfg(feature = "probe")]
+#[cfg(feature = "probe-code")]
 fn probe(selector: &str) -> Result<Opened> {
     let found = link_host::probe::find((selector != "any").then_some(selector))?;
     let claim = Claim::of_name(&found.name(), "--probe")?;
@@ -444,7 +444,7 @@ fn probe(selector: &str) -> Result<Opened> {
     })
 }
 
-#[cfg(not(feature = "probe"))]
+#[cfg(not(feature = "probe-code"))]
 fn probe(_: &str) -> Result<Opened> {
     anyhow::bail!(
         "--probe: this courier was built without debug probes; wanted: cargo run -p courier --release --features probe"
