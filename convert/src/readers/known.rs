@@ -16,6 +16,12 @@ const ODRIVE: [(&str, &str, &str); 7] = [
     ("temperature", "C", "temp_c"),
 ];
 
+/// The same of the titles that loggers give, `ODrive 0 Position`: their last word.
+const ODRIVE_TITLES: [(&str, &str, &str); 2] = [
+    ("Position", "turn", "p1_m"),
+    ("Setpoint", "turn", "cmd_x_m"),
+];
+
 /// Names of moteus' registers in logs of its Python library, and of the values that tview logs.
 const MOTEUS: [(&str, &str, &str); 8] = [
     ("POSITION", "turn", "p1_m"),
@@ -41,6 +47,11 @@ pub fn name_units(log: &mut Log) {
             .split('.')
             .any(|part| matches!(part, "axis0" | "axis1"))
     });
+    let odrive = odrive
+        || log
+            .columns
+            .iter()
+            .any(|column| is_odrive_title(&column.name));
     let moteus = has("MODE") && has("POSITION")
         || has("timestamp") && has("position") && (has("abs_position") || has("d_A"))
         || log.form == "lines of JSON" && has("position") && (has("abs_position") || has("d_A"));
@@ -48,6 +59,7 @@ pub fn name_units(log: &mut Log) {
         log.columns
             .iter_mut()
             .for_each(|column| name(column, &ODRIVE));
+        log.columns.iter_mut().for_each(name_title);
         odrive_times(log);
         log.notes.push("positions of an ODrive are in turns since its firmware 0.5.1, in counts before (--column TARGET=COLUMN:turn/CPR)".into());
     } else if moteus {
@@ -76,6 +88,34 @@ fn name(column: &mut LogColumn, known: &[(&str, &str, &str)]) {
             .hint
             .get_or_insert(format!("{target}={}:{unit}", column.name));
     }
+}
+
+/// True of a title that begins with the word and the number of a drive.
+fn is_odrive_title(name: &str) -> bool {
+    let mut words = name.split_whitespace();
+    let first = words
+        .next()
+        .is_some_and(|word| word.eq_ignore_ascii_case("odrive"));
+    first && words.next().is_some_and(|word| word.parse::<u8>().is_ok())
+}
+
+/// As [`name`] of a title. Its logger may have written a unit, which stays.
+fn name_title(column: &mut LogColumn) {
+    let last = column
+        .name
+        .split_whitespace()
+        .next_back()
+        .unwrap_or_default();
+    let known = ODRIVE_TITLES
+        .iter()
+        .find(|(word, ..)| word.eq_ignore_ascii_case(last));
+    let Some((_, unit, target)) = known.filter(|_| is_odrive_title(&column.name)) else {
+        return;
+    };
+    let unit = column.unit.get_or_insert((*unit).to_owned());
+    column
+        .hint
+        .get_or_insert(format!("{target}={}:{unit}", column.name));
 }
 
 fn last_part(name: &str) -> &str {

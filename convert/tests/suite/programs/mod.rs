@@ -114,6 +114,26 @@ fn a_first_command_is_suggested_from_what_the_program_is_known_for() {
     }
 }
 
+/// Loggers of an ODrive give its values titles. A unit that they write is kept; without one a position is in turns.
+#[test]
+fn titles_of_an_odrive_are_known() {
+    for (units, wanted) in [
+        ("", "--column 'p1_m=ODrive 0 Position:turn'"),
+        (
+            "%[s],[rad],[rad/s]\n",
+            "--column 'p1_m=ODrive 0 Position:rad'",
+        ),
+    ] {
+        let rows = "0,1,0;\n1,2,1;\n2,3,1;\n";
+        let text = format!("%Time,ODrive 0 Position,ODrive 0 Velocity\n{units}{rows}");
+        let log = read_with(Path::new("a.csv"), text.as_bytes(), &Beside::default()).unwrap();
+        let found = convert::listing::suggestion(&log, "a.csv");
+        assert!(found.contains(wanted), "{found}");
+        let note = |note: &String| note.contains("positions of an ODrive");
+        assert!(log.notes.iter().any(note), "{:?}", log.notes);
+    }
+}
+
 /// A message of an encoder has a speed as well, often before the position.
 #[test]
 fn a_speed_is_not_suggested_as_a_position() {
