@@ -207,6 +207,7 @@ fn raise(estimate: &Estimate, repeats: &Repeats) -> Estimate {
         freedom: certainty.freedom.min(0.5 * repeats.test.directions as f64),
         // The scale is the repeats'.
         own: 0.0,
+        lateral: None,
         source: certainty.source.clone(),
     };
     Estimate {

@@ -14,6 +14,7 @@
 //! with a function u of the place. Both segments of a pair see it alike, so the fit puts most of it into their difference. No number
 //! of poses makes it smaller, and at another place it is another one.
 
+use crate::lateral::Lateral;
 use crate::phases::sinc;
 use crate::rows::fitted;
 use crate::significance::own_share;
@@ -53,6 +54,8 @@ pub struct Design {
     pub freedom: f64,
     /// Share of the noise's square, for each direction, that is the fit's own error: [`own_share`].
     pub own: f64,
+    /// What lateral terms make of it, where the poses are known.
+    pub lateral: Option<Lateral>,
     /// Poses that were fitted.
     pub poses: u16,
     /// How they were chosen, if the record says.
@@ -126,6 +129,7 @@ pub fn of(calibration: &Calibration) -> Result<Design, String> {
         noise_m,
         freedom: rows.freedom,
         own: own_share(rows.leverage, unknowns - 1),
+        lateral: rows.lateral.map(|of| of.beside(noise_m)),
         poses: quality.poses,
         plan: calibration.poses.map(|poses| poses.plan),
         orders,

@@ -2,6 +2,7 @@
 
 use crate::distribution::effective_freedom;
 use crate::estimate::{Certainty, Estimate, Unknown};
+use crate::lateral::{self, Lateral, Moments};
 use courier_sensor::geometry::Geometry;
 use nalgebra::{DMatrix, DVector};
 
@@ -127,6 +128,7 @@ struct Spread {
     covariance: DMatrix<f64>,
     freedom: f64,
     own: f64,
+    lateral: Option<Lateral>,
     /// Whether each was estimated, or looked for.
     known: Vec<bool>,
 }
@@ -139,6 +141,7 @@ impl Spread {
         Self {
             freedom: certainty.freedom,
             own: certainty.own,
+            lateral: certainty.lateral.as_ref().map(|of| of.of_unknowns(&places)),
             known: known.collect(),
             covariance,
         }
@@ -174,13 +177,23 @@ fn joined(one: &Spread, two: &Spread) -> Certainty {
         shares.iter().sum::<f64>() / shares.len().max(1) as f64
     };
     let sides = [(share(one), one), (share(two), two)];
+    let freedom = effective_freedom(sides.map(|(share, side)| (share, side.freedom)));
+    let moments = match (&one.lateral, &two.lateral) {
+        (Some(of_one), Some(of_two)) => lateral::moments(
+            &covariance,
+            freedom,
+            [(sides[0].0, of_one), (sides[1].0, of_two)],
+        ),
+        _ => Moments { mean: 1.0, freedom },
+    };
     Certainty {
-        freedom: effective_freedom(sides.map(|(share, side)| (share, side.freedom))),
+        freedom: moments.freedom,
         own: sides
             .map(|(share, side)| share * share * side.own)
             .iter()
             .sum(),
-        covariance,
+        lateral: None,
+        covariance: covariance * moments.mean,
         source: String::new(),
     }
 }
@@ -212,6 +225,7 @@ pub(crate) mod tests {
                 covariance: DMatrix::identity(2, 2) * deviation_m * deviation_m,
                 freedom: 100.0,
                 own: 0.0,
+                lateral: None,
                 source: String::new(),
             }),
             parity: Some((1.0e-6, 100.0)),

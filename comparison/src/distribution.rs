@@ -56,6 +56,28 @@ pub fn effective_freedom(parts: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     }
 }
 
+/// Variance of a mean square over so many directions where its scale is known with `freedom` degrees of freedom, more than four, over the square of its
+/// mean: Fisher's F, chi-square where that is infinite.
+#[must_use]
+pub fn relative_variance(directions: f64, freedom: f64) -> f64 {
+    if freedom >= MANY {
+        2.0 / directions
+    } else {
+        2.0 * (directions + freedom - 2.0) / (directions * (freedom - 4.0))
+    }
+}
+
+/// Degrees of freedom by [`relative_variance`]; infinite where that is no more than directions alone have.
+#[must_use]
+pub fn freedom_by_variance(directions: f64, variance: f64) -> f64 {
+    let beyond = directions * variance - 2.0;
+    if beyond > 0.0 {
+        (2.0 * directions - 4.0 + 4.0 * directions * variance) / beyond
+    } else {
+        f64::INFINITY
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,5 +114,15 @@ mod tests {
         let gauge = [(25.0, 18.0), (9.7, 25.6), (2.9, 50.0), (16.6, 2.0)];
         let freedom = effective_freedom(gauge.map(|(u, freedom): (f64, f64)| (u * u, freedom)));
         assert!((16.0..17.0).contains(&freedom), "{freedom}");
+    }
+
+    #[test]
+    fn degrees_of_freedom_are_those_of_their_variance() {
+        for freedom in [10.0, 300.0] {
+            let found = freedom_by_variance(32.0, relative_variance(32.0, freedom));
+            assert!((found / freedom - 1.0).abs() < 1.0e-9, "{found}");
+        }
+        let known = relative_variance(32.0, f64::INFINITY);
+        assert_eq!(freedom_by_variance(32.0, known), f64::INFINITY);
     }
 }

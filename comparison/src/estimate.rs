@@ -1,5 +1,6 @@
 //! One calibration as an estimate: unknowns, their values, how well they are known together.
 
+use crate::lateral::Lateral;
 use crate::significance::Scale;
 use courier_sensor::geometry::Geometry;
 use courier_sensor::model::{Multiplier, Term};
@@ -137,6 +138,8 @@ pub struct Certainty {
     pub freedom: f64,
     /// Share of that scale, for each direction, that is the estimate's own error: [`own_share`](crate::significance::own_share).
     pub own: f64,
+    /// What lateral terms that it does not hold make of the unknowns, where that is known.
+    pub lateral: Option<Lateral>,
     /// Where it comes from, for people.
     pub source: String,
 }

@@ -41,6 +41,7 @@ pub fn rows(orders: &[u8], calibration: &Calibration) -> Option<Rows> {
         share: scatter * better,
         leverage,
         freedom: (HELD_OUT - 1.0).min(poses - count + 1.0),
+        lateral: None,
         phases,
         difference_rad,
     })

@@ -16,6 +16,7 @@ pub mod estimate;
 mod expected;
 mod joint;
 pub mod largest;
+mod lateral;
 mod phases;
 pub mod record;
 mod rows;

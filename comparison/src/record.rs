@@ -124,6 +124,7 @@ fn under_beacon(design: &JointDesign, unknowns: &[Unknown]) -> Certainty {
         covariance: DMatrix::from_fn(unknowns.len(), unknowns.len(), element),
         freedom: design.freedom,
         own: 0.0,
+        lateral: None,
         source: design.source.clone(),
     }
 }
@@ -157,6 +158,7 @@ fn platen(design: &Design, unknowns: &[Unknown]) -> Certainty {
         covariance: DMatrix::from_fn(unknowns.len(), unknowns.len(), element),
         freedom: design.freedom,
         own: design.own,
+        lateral: design.lateral.as_ref().map(|of| of.of_unknowns(&places)),
         source: format!(
             "by the record{}: {} poses, {:.3} µm left, a pair's errors of order {} correlated by {:.2}",
             named(design.plan),

@@ -1,5 +1,6 @@
 //! What is known of the rows of a calibration's fit, and what they follow from.
 
+use crate::lateral::Lateral;
 use crate::phases::{Phases, Waves};
 use courier_sensor::calibration::record::Calibration;
 use courier_sensor::frame::SEGMENTS;
@@ -17,6 +18,8 @@ pub struct Rows {
     pub leverage: f64,
     /// Degrees of freedom with which the covariance's scale is known.
     pub freedom: f64,
+    /// What lateral terms make of it, for unit noise, where the poses are known.
+    pub lateral: Option<Lateral>,
     /// Over which the poses were even.
     pub phases: Phases,
     /// Largest difference of a pair's phases.

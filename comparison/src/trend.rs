@@ -87,6 +87,7 @@ pub fn trend(estimates: &[Estimate]) -> Result<Trend, String> {
             covariance: slope_covariance,
             freedom,
             own: 0.0,
+            lateral: None,
             source: String::new(),
         },
         unknowns,

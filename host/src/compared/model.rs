@@ -177,6 +177,7 @@ fn of_amounts(certainty: &PosteriorCovariance, model: &Model, amounts: &[Amount]
         covariance,
         freedom: f64::INFINITY,
         own: 0.0,
+        lateral: None,
         source: format!(
             "by the diagnosis: noise, motion and priors, times a Birge ratio of {birge:.2}"
         ),

@@ -37,6 +37,7 @@ pub fn estimate(name: &str, recording: &Recording) -> Result<Compared> {
                 .map(|fit| fit.freedom)
                 .fold(f64::INFINITY, f64::min),
             own: 0.0,
+            lateral: None,
             source: source(&fits),
         }),
         unknowns,
