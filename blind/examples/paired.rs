@@ -81,10 +81,14 @@ fn tell(pair: &Pair, explain: bool) {
 }
 
 fn words(judged: &Judged) -> String {
+    let claim = judged.claim.as_ref();
+    let claim =
+        claim.and_then(|c| Some(format!(" claimed {:.2}, is {:.2}", c.claimed, c.confirmed?)));
     format!(
-        "{:?} {:?} {:?}",
+        "{:?} {:?} {:?}{}",
         judged.verdict,
         judged.named,
-        judged.places.first()
+        judged.places.first(),
+        claim.unwrap_or_default()
     )
 }

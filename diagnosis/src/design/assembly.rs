@@ -214,7 +214,7 @@ pub fn assemble<'a>(
     let folds = folds(&prepared.observations.stretch);
     let gram = Gram::new(&linearized, &columns, &folds);
     let errors_in_variables = ErrorsInVariables::new(&linearized, &columns, &gram.scale);
-    let floor = floor(&linearized, 4);
+    let floor = floor(&linearized);
     Design {
         linearized,
         columns,

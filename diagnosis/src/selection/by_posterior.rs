@@ -8,14 +8,17 @@ use super::nameless_correction::NamelessCorrection;
 use super::verdict::Measurements;
 use super::{Answer, ModelSelection, prepared_or_told};
 use crate::data::prepare::Prepared;
-use crate::design::assembly::Options;
+use crate::design::assembly::{Design, Options};
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::posterior::birge_ratio;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
+use crate::noise::simulated::{self, Floor};
 use crate::posterior::diagnosed::{Answer as Decision, Decided, decided};
 use crate::posterior::look::is_of;
+use crate::trace::log;
 use crate::verdict::answer::{Diagnosis, Named, Share, Verdict};
+use effects::sensor::READINGS;
 use recording::Recording;
 
 /// Diagnoses a recording by the posterior; `name` is what the answer calls it. Besides comes the decision, of a recording that can be
@@ -45,6 +48,19 @@ fn fitted_effects(decision: &Decision) -> Vec<String> {
     names.filter(of_columns).map(String::from).collect()
 }
 
+/// The simulator's scatter by the stated noise, about what a design is linearised about: that is what a claim is compared with, whatever noise
+/// the design is whitened by.
+fn stated_floor(design: &Design) -> Floor {
+    let linearized = &design.linearized;
+    if linearized.is_by_stated_noise() {
+        return design.floor;
+    }
+    let (baseline, displacement) = (&linearized.baseline, &linearized.displacement);
+    let mut stated = linearized.moved(baseline.clone(), displacement.clone());
+    stated.noise = [1.0; READINGS];
+    simulated::floor(&stated)
+}
+
 fn told(
     prepared: &Prepared,
     name: &str,
@@ -55,6 +71,11 @@ fn told(
         answer: decision,
     }: Decided,
 ) -> (Answer, Option<Decision>) {
+    decision
+        .reasons
+        .iter()
+        .for_each(|reason| log(&reason.to_string()));
+    log(&format!("{:?}", decision.effects));
     let linearized = &design.linearized;
     let start = LinearizationPoint {
         baseline: linearized.baseline.clone(),
@@ -66,7 +87,7 @@ fn told(
         Some(fit) if is_of(&fit, &names) => fit,
         _ => RelinearizedFit::new(linearized, start, &names),
     };
-    let floor = design.floor;
+    let floor = stated_floor(&design);
     let mut selection = selection_of(prepared, options, (design, fit));
     selection.floor = floor;
     selection.resolve_teeth();

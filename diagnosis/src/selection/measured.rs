@@ -115,7 +115,10 @@ fn measured_noise(selection: &ModelSelection) -> Option<Noise> {
     let (over_stated, shown) = match (selection.noise, selection.noise_left()) {
         (Some(_), _) => (selection.noise_of_readings(), true),
         (None, Some(shown)) => (shown, true),
-        (None, None) if selection.is_rough_on_the_whole(&selection.after) => {
+        (None, None)
+            if selection.ratio() >= NOISY_RATIO
+                && selection.is_rough_on_the_whole(&selection.after) =>
+        {
             (selection.noise_of_readings(), false)
         }
         (None, None) => return None,

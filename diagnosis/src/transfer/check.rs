@@ -118,7 +118,7 @@ pub fn check_watched(
     let (known, unknown): (Vec<bool>, Vec<bool>) = (0..known.len()).map(both).unzip();
     watch(Stage::Apply);
     let (after, floor_scene) = residuals(model, &observations, known.clone(), true);
-    let floor = floor(&floor_scene, 4);
+    let floor = floor(&floor_scene);
     let (before, _) = residuals(model, &observations, known, false);
     if after.sample.len() < MINIMUM_SAMPLES {
         let found = after.sample.len() as f64;

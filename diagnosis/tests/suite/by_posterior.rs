@@ -41,6 +41,26 @@ fn what_is_named_has_a_model_that_holds_elsewhere() {
     assert!(there.whitened_after < 0.3 * there.whitened_before);
 }
 
+/// What is claimed beside noise that is louder than stated is in floors of the stated noise, as what `check` finds is.
+#[test]
+fn what_is_claimed_beside_louder_noise_is_found_elsewhere() {
+    let [first, second] = recordings(74, "excess_noise");
+    let (answer, _) = diagnose_by_posterior(&first, "first", &Options::default(), false);
+    let [named] = &answer.diagnosis.effects[..] else {
+        panic!("{:?}", answer.diagnosis.effects)
+    };
+    assert_eq!(named.name, "excess_noise");
+    let claimed = answer.diagnosis.held_out.whitened_after;
+    let there = check(&answer.model.expect("a model"), &second).expect("residuals");
+    assert!(claimed > 1.5, "{claimed}");
+    let ratio = claimed / there.whitened_after;
+    assert!(
+        (0.9..1.1).contains(&ratio),
+        "{claimed} {}",
+        there.whitened_after
+    );
+}
+
 /// A hum near half the sample rate is as rough as noise, and a line in the spectrum is none.
 #[test]
 fn a_hum_is_no_noise() {
