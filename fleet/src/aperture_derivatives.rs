@@ -30,7 +30,13 @@ pub fn add(member: &Member, state: &State, at: &mut AtState, lines: &mut [Linear
         at.keys.push(Key::Aperture(k as u8));
         let under = both.map(|aperture| {
             let aperture = Some(aperture);
-            AtState::new(member, &State { aperture, ..state.clone() })
+            AtState::new(
+                member,
+                &State {
+                    aperture,
+                    ..state.clone()
+                },
+            )
         });
         for (pose, line) in member.poses.iter().zip(lines.iter_mut()) {
             let [below, above] = under.each_ref().map(|at| at.linear(pose).g_m);

@@ -24,7 +24,7 @@ impl fmt::Display for Platen {
     }
 }
 
-/// One unknown of a platen's problem. Those of couriers come last: they are shared with other platens.
+/// One unknown of a platen's problem. Those of couriers and of the aperture come last: they are shared with other platens.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Key {
     /// Displacement of a node of a field, m: direction 0 (x) or 1 (y), teeth along and across it.
@@ -37,6 +37,9 @@ pub enum Key {
     Recording(Name, u16),
     /// Unknown of a courier, by its number among the tooth map's unknowns, or [`SPAN`], [`SPANS_APART`].
     Courier(Name, u16),
+    /// The aperture of the make's segments, by the number of its coordinate (`refine.rs`). The bound has it among its unknowns; a fit takes it
+    /// from the evidence.
+    Aperture(u8),
 }
 
 impl Key {
@@ -47,6 +50,12 @@ impl Key {
             Self::Courier(courier, _) => Some(courier),
             _ => None,
         }
+    }
+
+    /// True if other platens share it.
+    #[must_use]
+    pub fn is_shared(&self) -> bool {
+        matches!(self, Self::Courier(..) | Self::Aperture(_))
     }
 }
 

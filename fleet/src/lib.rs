@@ -15,11 +15,12 @@
 //!
 //! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
 //! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state; once the
-//! fields are near, teeth under the likeliest `aperture` take the place of splines, which `refine` brings nearer) -> `passes` (until settled) -> `judge` (held-out
-//! poses) -> `answer`, with each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
+//! fields are near, teeth under the likeliest `aperture` take the place of splines, which `refine` brings nearer) -> `passes` (until settled; the bound, with
+//! `aperture_derivatives`) -> `judge` (held-out poses) -> `answer`, with each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
 
 mod answer;
 mod aperture;
+mod aperture_derivatives;
 mod begin;
 mod field_information;
 mod form;

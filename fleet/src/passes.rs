@@ -94,7 +94,8 @@ pub fn by_platen(members: &[Member], sums: &[Sums]) -> BTreeMap<Platen, Sums> {
     all
 }
 
-/// What no estimate can do better than: the posterior by the readings' noise alone, as the recordings state it.
+/// What no estimate can do better than: the posterior by the readings' noise alone, as the recordings state it, the aperture being unknown as
+/// well.
 ///
 /// # Errors
 /// A reading is no number.

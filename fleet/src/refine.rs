@@ -20,7 +20,19 @@ const COUNTS: f64 = 0.125;
 /// Steps, at most. A bound on the work: an eighth, which splines were seen to be off by, takes three.
 const ROUNDS: u32 = 8;
 /// By definition: logarithms of both spreads, and the edge.
-const COORDINATES: usize = 3;
+pub(crate) const COORDINATES: usize = 3;
+
+/// An aperture's neighbours below and above along each coordinate, and how far these two are apart.
+pub(crate) fn neighbours(centre: &Aperture) -> [([Aperture; 2], f64); COORDINATES] {
+    std::array::from_fn(|k| {
+        let one = |way: f64| {
+            let mut by = [0.0; COORDINATES];
+            by[k] = way * APART[k];
+            moved(centre, by)
+        };
+        ([one(-1.0), one(1.0)], 2.0 * APART[k])
+    })
+}
 
 /// An aperture whose neighbours are looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

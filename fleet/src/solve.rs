@@ -54,7 +54,7 @@ pub struct Solution {
 pub fn solve(sums: &BTreeMap<Platen, Sums>, state: &State, damping: f64) -> Result<Solution> {
     let mut couriers: BTreeMap<Key, (usize, Prior)> = BTreeMap::new();
     for (key, prior) in sums.values().flat_map(|sums| &sums.columns) {
-        if key.courier().is_some() {
+        if key.is_shared() {
             couriers.insert(key.clone(), (0, *prior));
         }
     }
@@ -83,10 +83,7 @@ pub fn solve(sums: &BTreeMap<Platen, Sums>, state: &State, damping: f64) -> Resu
             &mut right,
         )
         .with_context(|| format!("{platen}: found a reading that is no number, wanted none"))?;
-        let own = sums
-            .columns
-            .iter()
-            .filter(|(key, _)| key.courier().is_none());
+        let own = sums.columns.iter().filter(|(key, _)| !key.is_shared());
         let own = own.map(|(key, prior)| back(state, platen, key, prior).powi(2));
         objective += own.sum::<f64>();
         platens.insert(platen.clone(), eliminated);
@@ -153,11 +150,11 @@ fn eliminate(
     precision: &mut DMatrix<f64>,
     right: &mut DVector<f64>,
 ) -> Option<(Eliminated, DVector<f64>)> {
-    // Keys ascend, and those of couriers are the last.
+    // Keys ascend, and those that platens share are the last.
     let count = sums
         .columns
         .iter()
-        .take_while(|(key, _)| key.courier().is_none())
+        .take_while(|(key, _)| !key.is_shared())
         .count();
     let gram = &sums.gram;
     let own = DMatrix::from_fn(count, count, |i, j| match i.cmp(&j) {

@@ -1,5 +1,6 @@
 //! Sums of products of a recording's columns, by the names of the unknowns: sums of several recordings add.
 
+use crate::aperture_derivatives;
 use crate::key::Key;
 use crate::linearised::AtState;
 use crate::member::Member;
@@ -49,12 +50,13 @@ pub fn sums_of(member: &Member, state: &State) -> (Sums, Shown) {
     (sums, Shown::of(member, &lines))
 }
 
-/// The same sums as if nothing but the noise that the recording states were wrong: no estimate can be better than what they leave (the
-/// Cramér-Rao bound).
+/// The same sums as if nothing but the noise that the recording states were wrong, and the aperture were to be found as well: no estimate can be
+/// better than what they leave (the Cramér-Rao bound).
 #[must_use]
 pub fn sums_by_noise(member: &Member, state: &State) -> Sums {
-    let at = AtState::new(member, state);
-    let lines: Vec<Linear> = member.poses.iter().map(|pose| at.linear(pose)).collect();
+    let mut at = AtState::new(member, state);
+    let mut lines: Vec<Linear> = member.poses.iter().map(|pose| at.linear(pose)).collect();
+    aperture_derivatives::add(member, state, &mut at, &mut lines);
     weighed(member, state, &at, &lines, &member.setup.stated_noise())
 }
 
@@ -131,6 +133,8 @@ fn priors(member: &Member, state: &State, at: &AtState) -> Vec<Prior> {
     let further = further(member).map(|(_, deviation)| deviation);
     let mut deviations = at.unknowns.deviations(&member.setup);
     deviations.extend(further);
+    // Of the aperture, where it is among the keys.
+    deviations.extend(aperture_derivatives::deviations());
     let of = |(key, deviation): (&Key, f64)| match state.sensors.get(key) {
         Some((_, prior)) => *prior,
         None => Prior {
