@@ -247,7 +247,9 @@ fn settled<'a>(
     if here.codes_explain_it(&seen).is_some() {
         return (here, seen, count);
     }
-    if found || here.weighing.decide(seen.white).verdict == Verdict::Unknown {
+    let verdict = here.weighing.decide(seen.white).verdict;
+    // Of what is not worth a name no more is asked.
+    if verdict == Verdict::Unknown || found && verdict != Verdict::NoGap {
         if !here.holds_a_field() {
             here = by_field(prepared, options, &point, here);
         }
