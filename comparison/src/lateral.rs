@@ -199,10 +199,42 @@ impl Quotient {
 mod tests {
     use super::*;
     use crate::distribution::relative_variance;
+    use effects::identity::Identity;
+    use effects::sensor::BasisInputs;
     use nalgebra::SymmetricEigen;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
     use rand_distr::{Distribution, StandardNormal, StandardUniform};
+
+    /// The prior is that of the diagnosis: its waves of one segment, each with its size.
+    #[test]
+    fn waves_are_those_of_the_diagnosis() {
+        let inputs = BasisInputs {
+            segments: [true, false, false, false],
+            lateral: true,
+            ..BasisInputs::default()
+        };
+        let sides = effects::sensor_sides();
+        let side = sides
+            .iter()
+            .find(|side| side.name() == "lateral_dependence");
+        let mut found = Vec::new();
+        for regressor in side.unwrap().regressors(&inputs) {
+            let Some(Identity::Wave(wave)) = regressor.identity else {
+                panic!("{}: found no wave", regressor.name)
+            };
+            let orders = (wave.own_order as f64, f64::from(wave.lateral_order));
+            found.push((orders.0, orders.1, 1.0e6 * regressor.size_m));
+        }
+        // Of each its sine and cosine.
+        assert_eq!(found.len(), 2 * WAVES.len());
+        for (pair, wave) in found.as_chunks::<2>().0.iter().zip(WAVES) {
+            for found in pair {
+                assert_eq!((found.0, found.1), (wave.0, wave.1));
+                assert!((found.2 - wave.2).abs() < 1.0e-9, "{found:?} {wave:?}");
+            }
+        }
+    }
 
     /// Random rows of some unknowns and an offset, and waves that go with them in part.
     fn rows(

@@ -1,5 +1,5 @@
-//! How the equations of poses change with the aperture, at the fields of a state: columns of its own beside those of the teeth. Of readings that
-//! an unknown aperture averages, no estimate is better than what the sums with these columns leave.
+//! How the equations of poses change with the aperture, at the fields of a state. These derivatives are columns beside those of the teeth: where
+//! the aperture is unknown, no estimate is better than what the sums with these columns leave.
 
 use crate::form::{EDGE, HALF_PITCHES};
 use crate::key::Key;
@@ -9,13 +9,11 @@ use crate::refine::{COORDINATES, neighbours};
 use crate::state::State;
 use tooth_map::Linear;
 
-/// Length of an even distribution over its deviation, by definition: the root of twelve.
-const LENGTH_OVER_DEVIATION: f64 = 3.464_101_615_137_754_6;
-
-/// Deviations of the coordinates before the data: of even distributions between their bounds.
+/// Deviations of the coordinates before the data: those of even distributions between their bounds, a length over the root of twelve.
 pub fn deviations() -> [f64; COORDINATES] {
-    let of_spread = (HALF_PITCHES[1] / HALF_PITCHES[0]).ln() / LENGTH_OVER_DEVIATION;
-    let of_edge = (EDGE[1] - EDGE[0]) / LENGTH_OVER_DEVIATION;
+    let over_length = 12.0_f64.sqrt().recip();
+    let of_spread = over_length * (HALF_PITCHES[1] / HALF_PITCHES[0]).ln();
+    let of_edge = over_length * (EDGE[1] - EDGE[0]);
     [of_spread, of_spread, of_edge]
 }
 
