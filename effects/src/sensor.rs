@@ -184,6 +184,7 @@ impl Action {
 
     /// What it adds to the readings; zeros if it adds to channels.
     #[must_use]
+    #[inline]
     pub fn on_readings(&self, covariates: &Covariates) -> [f64; READINGS] {
         let mut out = [0.0; READINGS];
         match self {
@@ -196,6 +197,7 @@ impl Action {
 
     /// What it adds to the channels; zeros if it adds to readings.
     #[must_use]
+    #[inline]
     pub fn on_channels(&self, covariates: &Covariates) -> [f64; CHANNELS] {
         let mut out = [0.0; CHANNELS];
         match self {
@@ -361,6 +363,7 @@ impl Regressor {
     }
 
     /// True if it may add something at a sample.
+    #[inline]
     pub fn acts(&self, covariates: &Covariates) -> bool {
         let now = (self.during[0]..=self.during[1]).contains(&covariates.progress);
         now && self.over.as_ref().is_none_or(|over| over.holds(covariates))

@@ -51,6 +51,7 @@ impl Symmetric {
     }
 
     /// A column's elements from the diagonal on down.
+    #[inline]
     pub fn below_mut(&mut self, column: usize) -> &mut [f64] {
         let start = self.start(column);
         &mut self.values[start..start + self.order - column]
@@ -58,6 +59,7 @@ impl Symmetric {
 
     /// A column's elements from the diagonal on down.
     #[must_use]
+    #[inline]
     pub fn below(&self, column: usize) -> &[f64] {
         let start = self.start(column);
         &self.values[start..start + self.order - column]
@@ -128,10 +130,12 @@ impl Symmetric {
     }
 
     /// Where a column's diagonal element is.
+    #[inline]
     fn start(&self, column: usize) -> usize {
         column * (2 * self.order + 1 - column) / 2
     }
 
+    #[inline]
     fn position(&self, (row, column): (usize, usize)) -> usize {
         let (high, low) = (row.max(column), row.min(column));
         self.start(low) + high - low
@@ -159,12 +163,14 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 impl Index<(usize, usize)> for Symmetric {
     type Output = f64;
 
+    #[inline]
     fn index(&self, at: (usize, usize)) -> &f64 {
         &self.values[self.position(at)]
     }
 }
 
 impl IndexMut<(usize, usize)> for Symmetric {
+    #[inline]
     fn index_mut(&mut self, at: (usize, usize)) -> &mut f64 {
         let position = self.position(at);
         &mut self.values[position]

@@ -12,8 +12,9 @@ use rayon::prelude::*;
 use std::ops::Range;
 use tooth_field::order_of_places;
 
-/// Samples that are turned into rows at once. Cost alone: the rows of a chunk stay in the processor's cache.
-const CHUNK: usize = 128;
+/// Samples that are turned into rows at once. Cost alone: the rows of a chunk stay in the processor's cache, and the sums, which do not,
+/// are gone through once a chunk.
+const CHUNK: usize = 256;
 /// Sums that are formed side by side. Their number and what goes into each is the same on every machine and in every run, so that
 /// the last digit is. Cost alone: as many processors have work.
 const LANES: usize = 4;
@@ -363,14 +364,16 @@ impl<'s, 'a> Sums<'s, 'a> {
                 lane.rows += accumulate(linearized, columns, in_order, scale, chunk, lane);
             }
         });
-        let mut sum = Symmetric::zeros(scale.len() + 1);
-        let mut rows = 0;
-        for lane in &mut self.lanes {
-            sum += &lane.sum;
+        let (first, others) = self.lanes.split_first_mut().expect("lanes");
+        let mut rows = std::mem::take(&mut first.rows);
+        for lane in others {
+            first.sum += &lane.sum;
             lane.sum.clear();
             rows += std::mem::take(&mut lane.rows);
         }
-        (sum.reordered(&self.place), rows)
+        let sum = first.sum.reordered(&self.place);
+        first.sum.clear();
+        (sum, rows)
     }
 }
 
