@@ -186,6 +186,8 @@ impl SourceBuffer {
                 }
             }
         }
+        let ascends = |source: &Source| source.columns.is_sorted();
+        let ascending: Vec<bool> = self.sources.iter().map(ascends).collect();
         for i in 0..self.samples {
             for Pair {
                 sources: [s, t],
@@ -195,6 +197,12 @@ impl SourceBuffer {
                 let [a, b] = [s, t].map(|s| &self.filled[i * sources + s]);
                 for (k, (column, value)) in a.iter().enumerate() {
                     let by = value * products[i];
+                    if s == t && ascending[*s] {
+                        let below = gram.below_mut(*column);
+                        let others = a[k..].iter();
+                        others.for_each(|(other, factor)| below[other - column] += by * factor);
+                        continue;
+                    }
                     let from = if s == t { k } else { 0 };
                     for (at, (other, factor)) in b.iter().enumerate().skip(from) {
                         let is_itself = s == t && at == k;

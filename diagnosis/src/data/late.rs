@@ -12,7 +12,7 @@ use crate::data::motion::SMOOTH_M;
 use crate::data::observations::Observations;
 use crate::linearization::baseline::Baseline;
 use crate::trace::log;
-use alignment::{Alignment, stretches};
+use alignment::{Alignment, Beside, stretches};
 
 /// Longest delay that is looked for, s. A prior: 34 ms over a field bus is the longest that was met (Encoder Signal Simulation's
 /// rotary drive), and half as much again.
@@ -75,7 +75,8 @@ pub fn realign(o: &mut Observations, baseline: &Baseline) {
         place_m: &place_m,
     };
     for s in (0..4).filter(|s| late[*s].is_some()) {
-        let of = |delay_s: f64| mean_residual_m(&found.with(s, delay_s), s);
+        let beside = found.beside(s);
+        let of = |delay_s: f64| mean_residual_m(&beside, delay_s);
         found.delays_s[s] = finer(of, found.delays_s[s]);
     }
     let late = std::array::from_fn(|s| {
@@ -93,7 +94,8 @@ fn one_more<'a>(known: &Alignment<'a>) -> Option<Alignment<'a>> {
     let o = known.observations;
     let least_m = LEAST_MEAN * LEAST_PITCHES * o.pitch_m;
     let one = |segment: usize| {
-        let of = |delay_s: f64| mean_residual_m(&known.with(segment, delay_s), segment);
+        let beside = known.beside(segment);
+        let of = |delay_s: f64| mean_residual_m(&beside, delay_s);
         let first_m = of(0.0);
         if first_m < least_m {
             return None;
@@ -106,7 +108,8 @@ fn one_more<'a>(known: &Alignment<'a>) -> Option<Alignment<'a>> {
     let (segment, delay_s, _) = candidates
         .filter_map(one)
         .min_by(|a, b| a.2.total_cmp(&b.2))?;
-    let of = |delay_s: f64| mean_residual_m(&known.with(segment, delay_s), segment);
+    let beside = known.beside(segment);
+    let of = |delay_s: f64| mean_residual_m(&beside, delay_s);
     let mut next = known.with(segment, finer(of, delay_s));
     for _ in 0..STEPS {
         let delay_s = next.delays_s[segment] + next.fit(segment, true)?.more_s;
@@ -148,10 +151,10 @@ fn finer(of: impl Fn(f64) -> f64, about_s: f64) -> f64 {
     best.0
 }
 
-/// Mean size of a segment's residual, m, about one zero, or about one in each stretch if that leaves less.
-fn mean_residual_m(found: &Alignment, segment: usize) -> f64 {
-    let column = found.residuals(segment);
-    let stretch = |of: &(usize, f64)| found.observations.stretch[of.0];
+/// Mean size of a segment's residual with some delay of its own, m, about one zero, or about one in each stretch if that leaves less.
+fn mean_residual_m(beside: &Beside, delay_s: f64) -> f64 {
+    let column = beside.residuals(delay_s);
+    let stretch = |of: &(usize, f64)| beside.stretch(of.0);
     let stretches = column.chunk_by(|a, b| stretch(a) == stretch(b));
     let apart_m: f64 = stretches.map(spread_m).sum();
     apart_m.min(spread_m(&column)) / column.len().max(1) as f64

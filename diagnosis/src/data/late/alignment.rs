@@ -30,6 +30,32 @@ pub struct Alignment<'a> {
     pub place_m: &'a [Vec<f64>; 4],
 }
 
+/// What all but one segment adds to its residual: the same whatever its delay.
+pub struct Beside<'a> {
+    alignment: Alignment<'a>,
+    segment: usize,
+    /// Sign of its own reading.
+    sign: f64,
+    others_m: Residuals,
+}
+
+impl Beside<'_> {
+    /// The segment's residual with another delay of its own.
+    pub fn residuals(&self, delay_s: f64) -> Residuals {
+        let own = self.alignment.with(self.segment, delay_s);
+        let whole_m = |(i, others_m): &(usize, f64)| {
+            (*i, self.sign * own.later_m(self.segment, *i).0 + others_m)
+        };
+        let all = self.others_m.iter().map(whole_m);
+        all.filter(|(_, value)| value.is_finite()).collect()
+    }
+
+    /// Stretch of a sample.
+    pub fn stretch(&self, sample: usize) -> usize {
+        self.alignment.observations.stretch[sample]
+    }
+}
+
 /// A fit of equation (3), and of a longer delay, to the residual.
 pub struct Fitted {
     /// By how much longer the delay is, s.
@@ -83,23 +109,31 @@ impl<'a> Alignment<'a> {
 
     /// A segment's position less the reference's, or the parity; empty where there is neither.
     pub fn residuals(&self, segment: usize) -> Residuals {
+        self.beside(segment).residuals(self.delays_s[segment])
+    }
+
+    /// What all but a segment's own reading adds to its residual.
+    pub fn beside(&self, segment: usize) -> Beside<'a> {
         let o = self.observations;
         let parts = self.parts(segment);
-        if !parts.iter().all(|(s, _)| o.has_segment(*s)) {
-            return Vec::new();
+        let others_m = |i: usize| -> f64 {
+            match parts.len() {
+                1 => -o.reference_m(segment, i),
+                _ => {
+                    let others = parts.iter().filter(|(s, _)| *s != segment);
+                    others.map(|(s, sign)| sign * self.later_m(*s, i).0).sum()
+                }
+            }
+        };
+        let whole = parts.iter().all(|(s, _)| o.has_segment(*s));
+        let numbers = self.sample_numbers().filter(|_| whole);
+        let own = parts.iter().find(|(s, _)| *s == segment);
+        Beside {
+            alignment: *self,
+            segment,
+            sign: own.map_or(0.0, |(_, sign)| *sign),
+            others_m: numbers.map(|i| (i, others_m(i))).collect(),
         }
-        let reference_m = |i: usize| match parts.len() {
-            1 => o.reference_m(segment, i),
-            _ => 0.0,
-        };
-        let sum = |i: usize| -> f64 {
-            parts
-                .iter()
-                .map(|(s, sign)| sign * self.later_m(*s, i).0)
-                .sum()
-        };
-        let all = self.sample_numbers().map(|i| (i, sum(i) - reference_m(i)));
-        all.filter(|(_, value)| value.is_finite()).collect()
     }
 
     /// Fits equation (3)'s orders, and by how much a segment is later still, to its residual within each stretch. `None` where there

@@ -148,11 +148,14 @@ fn finite(value: Option<&f64>) -> f64 {
     value.copied().filter(|v| v.is_finite()).unwrap_or(0.0)
 }
 
-/// [`multiples`] of each segment's phase.
+/// [`multiples`] of each segment's phase. Order by order, so that no segment waits for another's last product.
 fn of_segments<const N: usize>(phase: impl Fn(usize) -> f64) -> [[(f64, f64); N]; 4] {
     let mut tables = [[(0.0, 1.0); N]; 4];
-    for (segment, table) in tables.iter_mut().enumerate() {
-        fill(table, phase(segment));
+    let once: [(f64, f64); 4] = std::array::from_fn(|segment| phase(segment).sin_cos());
+    for n in 1..N {
+        for (table, once) in tables.iter_mut().zip(&once) {
+            table[n] = sum_of_angles(table[n - 1], *once);
+        }
     }
     tables
 }
@@ -160,15 +163,14 @@ fn of_segments<const N: usize>(phase: impl Fn(usize) -> f64) -> [[(f64, f64); N]
 /// `(sin, cos)` of 0, 1, 2, ... times a phase by the angle-sum rule.
 pub(super) fn multiples<const N: usize>(phase: f64) -> [(f64, f64); N] {
     let mut table = [(0.0, 1.0); N];
-    fill(&mut table, phase);
+    let once = phase.sin_cos();
+    for n in 1..N {
+        table[n] = sum_of_angles(table[n - 1], once);
+    }
     table
 }
 
-/// The same in place: the tables are most of a moment.
-fn fill<const N: usize>(table: &mut [(f64, f64); N], phase: f64) {
-    let (s, c) = phase.sin_cos();
-    for n in 1..N {
-        let (ps, pc) = table[n - 1];
-        table[n] = (ps * c + pc * s, pc * c - ps * s);
-    }
+/// Sine and cosine of the sum of two angles that are told by theirs.
+fn sum_of_angles((s, c): (f64, f64), (sine, cosine): (f64, f64)) -> (f64, f64) {
+    (s * cosine + c * sine, c * cosine - s * sine)
 }
