@@ -22,8 +22,8 @@ pub struct AtState {
     setup: Setup,
     /// Values of the tooth map's unknowns.
     values: Vec<f64>,
-    /// Those that were entered, with the geometry that was: by these the poses are weighed throughout.
-    entered: (Setup, Vec<f64>),
+    /// Those by which poses are weighed, and the geometry: as entered, but for the waves, see [`State::weighing`].
+    weighing: (Setup, Vec<f64>),
     /// Values of the further ones.
     further: [f64; 6],
     shift_teeth: [i32; 2],
@@ -37,20 +37,24 @@ impl AtState {
         let shift_teeth = state.shift_teeth(&member.recording);
         let mut keys = keys_of(member, &unknowns, shift_teeth);
         let value = |key: &Key| state.value(&member.platen, key);
-        let values = keys.iter().map(value).collect();
+        let values: Vec<f64> = keys.iter().map(value).collect();
         let more = further(member).map(|(key, _)| key);
         let further = more.each_ref().map(value);
         let spans = Key::Courier(member.courier.clone(), SPAN);
         let mut setup = member.setup;
         setup.span_m += value(&spans);
         keys.extend(more);
-        let entered = (member.setup, unknowns.start(&member.setup));
+        let mut weighing = unknowns.start(&member.setup);
+        let waves = unknowns.wave(0, 0)..unknowns.field(0);
+        for at in (0..unknowns.parity()).chain(waves) {
+            weighing[at] = state.weighing.get(&keys[at]).copied().unwrap_or(0.0);
+        }
         Self {
             unknowns,
             keys,
             setup,
             values,
-            entered,
+            weighing: (member.setup, weighing),
             further,
             shift_teeth,
         }
@@ -114,9 +118,9 @@ impl AtState {
                     .for_each(|(g, by)| *g += value * by);
             }
         }
-        // Weights that follow the arms would have the fit lengthen them: readings count less under a longer one.
-        let (setup, values) = &self.entered;
-        at.by_outputs = linear(setup, &self.unknowns, values, pose).by_outputs;
+        // Noise is in the raw outputs. Weights that follow the arms would have the fit lengthen them: readings count less under a longer one.
+        let (setup, values) = &self.weighing;
+        at.by_outputs = linear(setup, &self.unknowns, values, pose).by_raw;
         at
     }
 }

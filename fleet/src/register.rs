@@ -70,6 +70,12 @@ pub fn register(beginnings: &[Beginning]) -> Result<State> {
         for (key, value) in &beginning.plain.sensors {
             state.sensors.entry(key.clone()).or_insert(*value);
         }
+        // Its waves it tells well enough for weights.
+        for (key, (value, _)) in &beginning.state.sensors {
+            if key.courier().is_some() {
+                state.weighing.entry(key.clone()).or_insert(*value);
+            }
+        }
     }
     Ok(state)
 }

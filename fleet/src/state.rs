@@ -20,7 +20,7 @@ const RULING: f64 = 3.0e-6 / 5.0e-3;
 const BOW_PER_M: f64 = 3.0e-6 / (2.5e-3 * 2.5e-3);
 
 /// Version of a state's file. By definition of its layout.
-pub const STATE_VERSION: u64 = 3;
+pub const STATE_VERSION: u64 = 4;
 
 /// What is known of an unknown before the data, in its own unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -67,6 +67,9 @@ pub struct State {
     pub noise_told: u32,
     /// Noise of a segment and of a displacement that weighs each recording, m.
     pub noise_m: BTreeMap<Name, [f64; 2]>,
+    /// The couriers' values by a recording alone: by the slopes of their waves the poses are weighed, so that no step changes a weight.
+    #[serde(with = "pairs")]
+    pub weighing: BTreeMap<Key, f64>,
     /// Recordings by name.
     pub recordings: BTreeMap<Name, Placed>,
     /// Values of what belongs to couriers and recordings, with their priors.

@@ -15,8 +15,11 @@ pub struct Linear {
     pub g_m: [f64; 3],
     /// `(unknown, derivatives of the three)`.
     pub by: Vec<(usize, [f64; 3])>,
-    /// Derivatives by the calibrated outputs, `[segment][constraint]`.
+    /// Derivatives by the calibrated outputs, `[segment][constraint]`: by these a pose is whitened.
     pub by_outputs: [[f64; 3]; SEGMENTS],
+    /// Derivatives by the raw outputs, in which the noise is: equation (3) and the waves, whose slopes reach a quarter, stretch it from place to place.
+    /// Those of fields are a hundred times smaller and are left out.
+    pub by_raw: [[f64; 3]; SEGMENTS],
 }
 
 /// Displacement of the beacon in the sensor's frame: raw deflection to metres.
@@ -80,6 +83,7 @@ pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPo
             by_outputs[j][k] + by_waves.sum::<f64>()
         })
     });
+    let by_raw = std::array::from_fn(|j| through[j].map(|by| by * out.by_raw[j]));
     for (by_output, list) in by_outputs.iter().zip(&out.by_waves) {
         let each = list.iter();
         derivatives.extend(each.map(|(index, d)| (*index, by_output.map(|b| b * d))));
@@ -109,6 +113,7 @@ pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPo
         g_m,
         by: derivatives,
         by_outputs,
+        by_raw,
     }
 }
 
@@ -119,6 +124,8 @@ pub struct Left {
     pub parity_m: f64,
     /// And of g_x, m.
     pub x_m: f64,
+    /// Share of the segments' variance in g_p.
+    pub segment_share_of_parity: f64,
     /// Share of the segments' variance in g_x.
     pub segment_share: f64,
 }
@@ -133,11 +140,15 @@ impl Left {
             // Gaussian deviation over median absolute value.
             1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
         };
-        let shares = lines.iter().map(Linear::segment_share_of_x);
+        let share = |k: usize| {
+            let shares = lines.iter().map(|line| line.segment_share(k));
+            shares.sum::<f64>() / lines.len() as f64
+        };
         Self {
             parity_m: robust(0),
             x_m: robust(1),
-            segment_share: shares.sum::<f64>() / lines.len() as f64,
+            segment_share_of_parity: share(0),
+            segment_share: share(1),
         }
     }
 
@@ -146,7 +157,7 @@ impl Left {
     #[must_use]
     pub fn noise(&self, stated: &Noise, spent: f64) -> Noise {
         let [parity_m, x_m] = [self.parity_m, self.x_m].map(|m| m / (1.0 - spent).sqrt());
-        let segment_m = (0.5 * parity_m).max(stated.segment_m);
+        let segment_m = (parity_m / self.segment_share_of_parity.sqrt()).max(stated.segment_m);
         let left = x_m.powi(2) - self.segment_share * segment_m.powi(2);
         Noise {
             segment_m,
@@ -159,9 +170,9 @@ impl Left {
 const FULL_WEIGHT: f64 = 4.0;
 
 impl Linear {
-    /// Share of the segments' variance in g_x.
-    fn segment_share_of_x(&self) -> f64 {
-        self.by_outputs.iter().map(|b| b[1] * b[1]).sum()
+    /// Share of the segments' variance in a constraint.
+    fn segment_share(&self, constraint: usize) -> f64 {
+        self.by_outputs.iter().map(|b| b[constraint].powi(2)).sum()
     }
 
     /// The whitened misclosures, what whitens derivatives, and the root of the pose's weight.

@@ -4,7 +4,7 @@
 use super::pose::{Setup, TeethPose};
 use super::unknowns::{Unknowns, WAVES};
 use courier_sensor::equations::{
-    self, ANGLE_SIGN, PARITY_SIGN, lateral_arguments, middle, own_functions, theta,
+    self, ANGLE_SIGN, OWN_ORDERS, PARITY_SIGN, lateral_arguments, middle, own_functions, theta,
 };
 use courier_sensor::frame::SEGMENTS;
 use std::f64::consts::TAU;
@@ -19,6 +19,8 @@ pub struct Outputs {
     pub by: [Vec<(usize, f64)>; SEGMENTS],
     /// The same of the waves themselves.
     pub by_waves: [Vec<(usize, f64)>; SEGMENTS],
+    /// Derivatives of equation (3)'s outputs by the raw ones.
+    pub by_raw: [f64; SEGMENTS],
     /// Derivatives of the waves, `[segment]`, by the outputs before them.
     pub waves_by_outputs: [[f64; SEGMENTS]; SEGMENTS],
 }
@@ -134,7 +136,11 @@ fn equation_3(setup: &Setup, unknowns: &Unknowns, values: &[f64], out: &mut Outp
     let raw = out.p_m;
     for i in 0..SEGMENTS {
         let functions = own_functions((per_m * raw[i]).sin_cos().into());
+        out.by_raw[i] = 1.0;
         for (k, [sine, cosine]) in functions.into_iter().enumerate() {
+            let at = unknowns.own(i, k);
+            let slope = values[at] * cosine - values[at + 1] * sine;
+            out.by_raw[i] += per_m * f64::from(OWN_ORDERS[k]) * slope;
             out.add(i, values, unknowns.own(i, k), sine);
             out.add(i, values, unknowns.own(i, k) + 1, cosine);
         }
