@@ -217,3 +217,63 @@ impl Linear {
             .unwrap_or_else(Matrix3::identity)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use courier_sensor::teeth::Grid;
+
+    /// Slopes by the raw outputs are those of the constraints where equations (3) and (9) act, and other than those by the calibrated ones. The places
+    /// of (9)'s waves are moved by these waves, which is left out: the square of their slope, for waves of 1 µm some 0.02².
+    #[test]
+    fn slopes_by_raw_outputs_are_those_of_the_constraints() {
+        const STEP_M: f64 = 1.0e-8;
+        let setup = Setup {
+            pitch_m: 1.016e-3,
+            span_m: 9.7e-3,
+            lateral_m: 4.0e-3,
+            height_m: 8.0e-3,
+            lever_m: [1.0e-3, -0.5e-3],
+            tan_full_scale: 0.3,
+            segment_noise_m: 1.0e-7,
+            displacement_noise_m: 1.0e-6,
+        };
+        let grid = Grid {
+            first_teeth: [-2; 2],
+            nodes: [5; 2],
+        };
+        let unknowns = Unknowns::new([grid; 2]);
+        let mut values = unknowns.start(&setup);
+        for at in 0..unknowns.parity() {
+            values[at] = 4.0e-6 * (1.7 * at as f64).sin();
+        }
+        for at in unknowns.wave(0, 0)..unknowns.field(0) {
+            values[at] = 1.0e-6 * (1.7 * at as f64).sin();
+        }
+        let at = |moved: Option<(usize, f64)>| {
+            let mut pose = TeethPose {
+                outputs_m: [0.31e-3, -0.22e-3, 0.36e-3, -0.27e-3],
+                deflection: [0.02, -0.03],
+            };
+            if let Some((segment, by_m)) = moved {
+                pose.outputs_m[segment] += by_m;
+            }
+            linear(&setup, &unknowns, &values, &pose)
+        };
+        let here = at(None);
+        let mut stretched = 0.0_f64;
+        for segment in 0..SEGMENTS {
+            let [above, below] = [STEP_M, -STEP_M].map(|by| at(Some((segment, by))).g_m);
+            for k in 0..3 {
+                let wanted = (above[k] - below[k]) / (2.0 * STEP_M);
+                let found = here.by_raw[segment][k];
+                assert!(
+                    (found - wanted).abs() < 1e-3,
+                    "{segment} {k}: {found} {wanted}"
+                );
+                stretched = stretched.max((found - here.by_outputs[segment][k]).abs());
+            }
+        }
+        assert!(stretched > 0.05, "{stretched}");
+    }
+}
