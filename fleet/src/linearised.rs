@@ -22,7 +22,7 @@ pub struct AtState {
     setup: Setup,
     /// Values of the tooth map's unknowns.
     values: Vec<f64>,
-    /// Those by which poses are weighed, and the geometry: as entered, but for the waves, see [`State::weighing`].
+    /// Geometry and values by which poses are weighed: as they were entered, and the waves as [`State::weighing`] has them.
     weighing: (Setup, Vec<f64>),
     /// Values of the further ones.
     further: [f64; 6],
@@ -118,7 +118,7 @@ impl AtState {
                     .for_each(|(g, by)| *g += value * by);
             }
         }
-        // Noise is in the raw outputs. Weights that follow the arms would have the fit lengthen them: readings count less under a longer one.
+        // Noise is in the raw outputs, so that a pose is whitened by the derivatives by these. Weights that follow the arms would have the fit lengthen them: readings count less under a longer one.
         let (setup, values) = &self.weighing;
         at.by_outputs = linear(setup, &self.unknowns, values, pose).by_raw;
         at

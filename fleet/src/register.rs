@@ -70,7 +70,7 @@ pub fn register(beginnings: &[Beginning]) -> Result<State> {
         for (key, value) in &beginning.plain.sensors {
             state.sensors.entry(key.clone()).or_insert(*value);
         }
-        // Its waves it tells well enough for weights.
+        // For the weights of poses the waves that a courier's first recording tells alone are good enough.
         for (key, (value, _)) in &beginning.state.sensors {
             if key.courier().is_some() {
                 state.weighing.entry(key.clone()).or_insert(*value);

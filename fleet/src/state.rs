@@ -67,7 +67,8 @@ pub struct State {
     pub noise_told: u32,
     /// Noise of a segment and of a displacement that weighs each recording, m.
     pub noise_m: BTreeMap<Name, [f64; 2]>,
-    /// The couriers' values by a recording alone: by the slopes of their waves the poses are weighed, so that no step changes a weight.
+    /// Values of what belongs to couriers, as the first recording of each tells them alone. The slopes of their waves weigh the poses: they stay as
+    /// they are, so that no step changes a weight.
     #[serde(with = "pairs")]
     pub weighing: BTreeMap<Key, f64>,
     /// Recordings by name.

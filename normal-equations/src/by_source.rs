@@ -59,7 +59,7 @@ impl SourceBuffer {
     }
 
     /// Adds a column's values of one source, one a sample; a column that is zero throughout is left out. Columns may have several
-    /// sources, and each of them once.
+    /// sources, and each of them once; those of one source come in ascending order.
     pub fn push(&mut self, source: usize, column: usize, values: impl Iterator<Item = f64>) {
         let Source {
             columns,
@@ -71,6 +71,8 @@ impl SourceBuffer {
         if all[before..].iter().all(|value| *value == 0.0) {
             all.truncate(before);
         } else {
+            let ascends = columns.last().is_none_or(|last| *last < column);
+            assert!(ascends, "the columns of a source ascend");
             columns.push(column);
         }
     }
@@ -186,8 +188,6 @@ impl SourceBuffer {
                 }
             }
         }
-        let ascends = |source: &Source| source.columns.is_sorted();
-        let ascending: Vec<bool> = self.sources.iter().map(ascends).collect();
         for i in 0..self.samples {
             for Pair {
                 sources: [s, t],
@@ -197,16 +197,16 @@ impl SourceBuffer {
                 let [a, b] = [s, t].map(|s| &self.filled[i * sources + s]);
                 for (k, (column, value)) in a.iter().enumerate() {
                     let by = value * products[i];
-                    if s == t && ascending[*s] {
+                    if s == t {
+                        // Each pair once: the others of this source stand below the column's diagonal element.
                         let below = gram.below_mut(*column);
                         let others = a[k..].iter();
                         others.for_each(|(other, factor)| below[other - column] += by * factor);
-                        continue;
-                    }
-                    let from = if s == t { k } else { 0 };
-                    for (at, (other, factor)) in b.iter().enumerate().skip(from) {
-                        let is_itself = s == t && at == k;
-                        add_run(gram, *column, *other, &[by * factor], is_itself);
+                    } else {
+                        let each = b.iter();
+                        each.for_each(|(other, factor)| {
+                            add_run(gram, *column, *other, &[by * factor], false);
+                        });
                     }
                 }
             }

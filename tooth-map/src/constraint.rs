@@ -127,7 +127,7 @@ pub struct Left {
     /// Share of the segments' variance in g_p.
     pub segment_share_of_parity: f64,
     /// Share of the segments' variance in g_x.
-    pub segment_share: f64,
+    pub segment_share_of_x: f64,
 }
 
 impl Left {
@@ -148,7 +148,7 @@ impl Left {
             parity_m: robust(0),
             x_m: robust(1),
             segment_share_of_parity: share(0),
-            segment_share: share(1),
+            segment_share_of_x: share(1),
         }
     }
 
@@ -158,7 +158,7 @@ impl Left {
     pub fn noise(&self, stated: &Noise, spent: f64) -> Noise {
         let [parity_m, x_m] = [self.parity_m, self.x_m].map(|m| m / (1.0 - spent).sqrt());
         let segment_m = (parity_m / self.segment_share_of_parity.sqrt()).max(stated.segment_m);
-        let left = x_m.powi(2) - self.segment_share * segment_m.powi(2);
+        let left = x_m.powi(2) - self.segment_share_of_x * segment_m.powi(2);
         Noise {
             segment_m,
             displacement_m: left.max(0.0).sqrt().max(stated.displacement_m),
@@ -223,10 +223,13 @@ mod tests {
     use super::*;
     use courier_sensor::teeth::Grid;
 
-    /// Slopes by the raw outputs are those of the constraints where equations (3) and (9) act, and other than those by the calibrated ones. The places
-    /// of (9)'s waves are moved by these waves, which is left out: the square of their slope, for waves of 1 µm some 0.02².
+    /// The derivatives by the raw outputs against differences, where equations (3) and (9) act, and that they are others than those by the
+    /// calibrated outputs. They take the places of (9)'s waves as they are, though these waves move them: that leaves out the square of the waves'
+    /// slope, which is some 0.02 for waves of 1 µm.
     #[test]
     fn slopes_by_raw_outputs_are_those_of_the_constraints() {
+        /// Step of the differences, m. Derived from the highest order: at 37,000 rad a metre a slope over two such steps is off by
+        /// (37,000 · 1e-8)² / 6 of itself, 2e-8, and rounding makes 1e-11.
         const STEP_M: f64 = 1.0e-8;
         let setup = Setup {
             pitch_m: 1.016e-3,

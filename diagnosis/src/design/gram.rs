@@ -364,7 +364,7 @@ impl<'s, 'a> Sums<'s, 'a> {
                 lane.rows += accumulate(linearized, columns, in_order, scale, chunk, lane);
             }
         });
-        let (first, others) = self.lanes.split_first_mut().expect("lanes");
+        let (first, others) = self.lanes.split_first_mut().expect("a lane or more");
         let mut rows = std::mem::take(&mut first.rows);
         for lane in others {
             first.sum += &lane.sum;
