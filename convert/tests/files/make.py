@@ -104,8 +104,10 @@ for form, name in [("jsonl", "tview.jsonl"), ("csv", "tview.csv")]:
             manager.log_data(1, at + 0.001, "motor_position", Motor(float(read[row]), [Source(int(sin[row]), 0.5), Source(0, 0.25)]), None)
     manager.stop_logging()
 
-# SimpleFOC: the library's own monitor(), with a stand-in for Arduino's serial port.
+# SimpleFOC: the library's own monitor() of this motion, and of its own loop with a motor that is simulated.
 rows = "".join(f"{float(place)!r} {float(shaft)!r}\n" for place, shaft in zip(turn * 2 * math.pi, read * 2 * math.pi))
-for words, name in [("plain", "simplefoc.log"), ("arduino", "simplefoc-arduino.log"), ("all", "simplefoc-all.log")]:
-    done = subprocess.run([MONITOR, words], input=rows, text=True, capture_output=True, check=True)
-    open(name, "w").write(done.stdout)
+for word, name in [("plain", "simplefoc.log"), ("arduino", "simplefoc-arduino.log"), ("all", "simplefoc-all.log")] + [
+    (word, f"simplefoc-{word}.log") for word in ("loop", "currents", "angle", "open")
+]:
+    done = subprocess.run([MONITOR], input=f"{word}\n{rows}".encode(), capture_output=True, check=True)
+    open(name, "wb").write(done.stdout)

@@ -46,6 +46,33 @@ fn the_examples_log_tells_its_encoder_without_the_stage() {
     assert!(worth.contains("budget"), "{worth}");
 }
 
+/// A log that SimpleFOC's own loop printed, of a motor that was simulated: its sensor reads 0.02 sin(shaft - 0.7) rad too much
+/// (convert/tests/files/monitor.cpp), a turn is written as a millimetre.
+#[test]
+fn an_eccentric_magnet_comes_out_of_a_log_of_simplefoc() {
+    let folder = tempfile::tempdir().unwrap();
+    let log =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../convert/tests/files/simplefoc-loop.log");
+    std::fs::copy(log, folder.path().join("loop.log")).unwrap();
+    let line = "encoder loop.log --rate-hz 50 --column p1_m=#3:rad --json";
+    let answer = json(&asked(folder.path(), line).quiet());
+    let off = 0.02 / std::f64::consts::TAU * 1.0e-3;
+    let first = &answer["harmonics"][0];
+    let stated = first["deviation_m"].as_f64().unwrap();
+    // Added to the place: minus what is read too much.
+    for (part, wanted) in [
+        ("sine_m", -off * 0.7_f64.cos()),
+        ("cosine_m", off * 0.7_f64.sin()),
+    ] {
+        let found = first[part].as_f64().unwrap();
+        assert!(
+            (found - wanted).abs() < 3.0 * stated,
+            "{part}: {found} for {wanted}, stated {stated}"
+        );
+    }
+    assert!(stated < 0.01 * off, "{stated}");
+}
+
 #[test]
 fn constants_come_in_each_form() {
     for (form, part) in [

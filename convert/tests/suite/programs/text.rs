@@ -82,6 +82,56 @@ fn monitors_of_simplefoc() {
     );
 }
 
+/// What the library prints beside the monitor's lines is none of them, whatever its form: here the commander's answer is one number, as is
+/// each line of the monitor.
+#[test]
+fn answers_of_simplefocs_commander_are_no_values() {
+    let log = log_of("simplefoc-angle.log", &Beside::default()).unwrap();
+    let angle = &log.columns[0].numbers;
+    assert_eq!((log.rows(), log.columns.len(), angle[0]), (60, 1, -5.3927));
+    // The shaft goes one way, at 50 lines a second, no faster than 0.4 V drive a motor of 0.04 V s/rad.
+    let steps = || angle.windows(2).map(|pair| pair[1] - pair[0]);
+    assert!(steps().all(|step| step > 0.0 && step < 0.2), "{angle:?}");
+    let told = |wanted: &str| log.notes.iter().any(|note| note.contains(wanted));
+    assert!(
+        told("1 lines among the values were left aside, as line 44, `0.400`"),
+        "{:?}",
+        log.notes
+    );
+    assert!(
+        told("(CCW): the angle is minus the sensor's"),
+        "{:?}",
+        log.notes
+    );
+}
+
+/// A monitor with letters, semicolons, six digits and currents; and an open loop, which reads no sensor.
+#[test]
+fn simplefocs_monitor_as_it_can_be_set() {
+    let log = log_of("simplefoc-currents.log", &Beside::default()).unwrap();
+    let first = |log: &convert::Log| {
+        log.columns
+            .iter()
+            .map(|column| column.numbers[0])
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        first(&log),
+        [0.25, 53.294_682, -0.799_517, 0.041_343, 0.890_092]
+    );
+    assert_eq!(log.rows(), 60);
+    assert_eq!(log.columns[4].hint.as_deref(), Some("p1_m=#5:rad"));
+    let open = |log: &convert::Log| {
+        log.notes
+            .iter()
+            .any(|note| note.contains("the library's open loop"))
+    };
+    assert!(!open(&log), "{:?}", log.notes);
+    let log = log_of("simplefoc-open.log", &Beside::default()).unwrap();
+    assert!(open(&log), "{:?}", log.notes);
+    assert_eq!((log.rows(), &first(&log)[..2]), (60, &[6.0, 6.0][..]));
+}
+
 #[test]
 fn a_calibration_of_moteus() {
     let Some(shared) = recorded_calibration() else {
