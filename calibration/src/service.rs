@@ -31,7 +31,7 @@ impl Service {
     /// Both begin anew.
     pub fn forget(&mut self) {
         self.window.forget();
-        self.learner.stop();
+        self.learner.start(None);
     }
 
     /// The recalibration.
@@ -44,23 +44,25 @@ impl Service {
     #[inline(never)]
     pub fn take(&mut self, watch: &mut Watch, reading: &Reading, learns: bool) -> bool {
         if learns != self.learner.has_begun() {
-            if learns {
-                self.window.forget_cells();
-                let (config, amended_m) = (watch.config(), watch.amended_m());
-                self.learner
-                    .start(RecalibrationConfig::of(config, amended_m));
-            } else {
-                self.learner.stop();
-            }
+            self.window.forget_cells();
+            let (config, amended_m) = (watch.config(), watch.amended_m());
+            let config = learns.then(|| RecalibrationConfig::of(config, amended_m));
+            self.learner.start(config);
         }
         watch.take(&mut self.window, reading, &mut self.learner)
     }
 
     /// The candidate has come in force: a window that was begun with the outputs before does not count, and changes are counted from it. By
-    /// how much the calibration has been amended in all, metres rms.
+    /// how much the calibration has been amended in all, metres rms. `is_measure`: whether the watch's reference still counts; where it does not,
+    /// another is learned, and all begins anew.
     #[inline(never)]
-    pub fn adopt(&mut self) -> f32 {
+    pub fn adopt(&mut self, is_measure: bool) -> f32 {
         self.window.forget();
-        self.learner.adopt()
+        if is_measure {
+            self.learner.adopt()
+        } else {
+            self.learner.start(None);
+            0.0
+        }
     }
 }

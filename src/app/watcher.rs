@@ -243,16 +243,22 @@ impl Watcher {
         (is_open && is_believed).then(|| learner.candidate_m())
     }
 
-    /// The candidate is in force, as the outputs of this number. What is to be kept of the watch.
+    /// The candidate is in force, as the outputs of this number. What is to be kept of the watch: nothing where its reference is no measure, and
+    /// another is learned.
     pub fn adopted(&mut self, outputs: u8, uptime_s: u32, task: &mut Task) -> Option<Kept> {
         self.of = outputs;
         // Another record, behind which nothing is kept yet.
         self.rests_kept = [0; 2];
         self.adopted = self.adopted.saturating_add(1);
         self.adopted_s = uptime_s;
-        let amended_m = task.service().map_or(0.0, Service::adopt);
-        let kept = self.watch.kept().map(|kept| kept.amended(amended_m));
+        let is_measure = self.watch.is_measure();
+        let amended_m = task
+            .service()
+            .map_or(0.0, |service| service.adopt(is_measure));
+        let kept = self.watch.kept().filter(|_| is_measure);
+        let kept = kept.map(|kept| kept.amended(amended_m));
         self.watch.start(*self.watch.config());
+        self.kept = 0;
         if let Some(kept) = &kept {
             self.restore(kept);
         }
@@ -270,7 +276,9 @@ impl Watcher {
             (Some(why), _) => State::Idle(why),
             (None, Some(of)) if of.is_believed() => State::Proposed(of),
             (None, Some(of)) => State::Testing(of),
-            (None, None) => State::Watching,
+            (None, None) if self.watch.is_measure() => State::Watching,
+            (None, None) if self.watch.has_told() => State::Idle(Idle::ChangedBefore),
+            (None, None) => State::Idle(Idle::NoReference),
         };
         Recalibration {
             mode: self.mode,

@@ -29,7 +29,7 @@ use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 /// Version of this file's types.
-pub const PROTOCOL: u16 = 14;
+pub const PROTOCOL: u16 = 15;
 /// Longest frame of the command and reply channel: a whole calibration with its tags.
 pub const FRAME_BYTES: usize = framing::encoded_bytes(record::BODY_BYTES + 8);
 /// Nodes of a tooth map that one command carries.

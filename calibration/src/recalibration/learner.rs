@@ -80,15 +80,10 @@ impl Learner {
         }
     }
 
-    /// Begins for a calibration.
-    pub fn start(&mut self, config: RecalibrationConfig) {
-        self.belief.start(Some(config));
-        self.forget();
-    }
-
-    /// Learns nothing any more.
-    pub fn stop(&mut self) {
-        self.belief.start(None);
+    /// Begins for a calibration; with none, learns nothing any more.
+    #[inline(never)] // one copy in the images
+    pub fn start(&mut self, config: Option<RecalibrationConfig>) {
+        self.belief.start(config);
         self.forget();
     }
 

@@ -17,6 +17,10 @@ pub enum Idle {
     Rejected,
     /// The last candidate could not be stored.
     NotKept,
+    /// What the calibration left is not known yet: it takes motion that turns, and a window that agrees with what was learned by it.
+    NoReference,
+    /// The sensor changed before what the calibration left was known. A candidate must surely help without that, and none does so far.
+    ChangedBefore,
 }
 
 /// How it stands.
@@ -96,6 +100,12 @@ impl core::fmt::Display for Idle {
             Self::ToothMap => "rests: the tooth map belongs to this very calibration",
             Self::Rejected => "rests: the last candidate was rejected",
             Self::NotKept => "rests: the last candidate could not be stored",
+            Self::NoReference => {
+                "waits until motion that turns has shown what the calibration left, and has shown it again"
+            }
+            Self::ChangedBefore => {
+                "the sensor changed before it was known what the calibration left: nothing found that would surely help without that"
+            }
         })
     }
 }

@@ -12,7 +12,7 @@
 use super::reference::Reference;
 use super::rest::RestKind;
 use super::told::{Goes, RestChange};
-use crate::watch::{KEPT_BYTES, check};
+use crate::watch::{KEPT_BYTES, seal, unseal};
 
 /// First byte of each [`RestKind`], by definition of this layout.
 const MAGIC: [u8; 2] = [0x59, 0x5A];
@@ -24,9 +24,7 @@ const HAS_TOLD: u8 = 1 << 4;
 const NUMBERS: usize = 4;
 /// How many they are, by definition of this layout.
 const COUNT: usize = 7;
-/// Place of the check value, by definition the last four bytes.
-const CHECK: usize = KEPT_BYTES - 4;
-const _: () = assert!(NUMBERS + 4 * COUNT <= CHECK);
+const _: () = assert!(NUMBERS + 4 * COUNT + 4 <= KEPT_BYTES);
 const WAYS: [Goes; 4] = [Goes::Alike, Goes::Temperature, Goes::AlongX, Goes::AlongY];
 
 /// What is kept.
@@ -45,11 +43,10 @@ impl RestKept {
         let mut bytes = [0; KEPT_BYTES];
         let change = self.change.unwrap_or_default();
         bytes[0] = MAGIC[kind as usize];
-        let flags = [(with_map, WITH_MAP), (self.change.is_some(), HAS_TOLD)];
-        let first = (change.axis & 1) | ((change.goes as u8) << 1);
-        bytes[1] = flags.iter().fold(first, |byte, (is_set, bit)| {
-            byte | (u8::from(*is_set) * bit)
-        });
+        bytes[1] = (change.axis & 1)
+            | ((change.goes as u8) << 1)
+            | (u8::from(with_map) * WITH_MAP)
+            | (u8::from(self.change.is_some()) * HAS_TOLD);
         let Reference {
             offset_m: [gx, gy],
             sigma_m: [sx, sy],
@@ -64,12 +61,7 @@ impl RestKept {
             change.size_m,
             change.deviation_m,
         ];
-        let places = bytes[NUMBERS..CHECK].as_chunks_mut().0;
-        for (place, number) in places.iter_mut().zip(numbers) {
-            *place = number.to_le_bytes();
-        }
-        let sum = check(&bytes[..CHECK]);
-        bytes[CHECK..].copy_from_slice(&sum);
+        seal(&mut bytes, NUMBERS, &numbers);
         bytes
     }
 
@@ -78,17 +70,15 @@ impl RestKept {
     #[inline(never)]
     pub fn from_bytes(bytes: &[u8; KEPT_BYTES], kind: RestKind, with_map: bool) -> Option<Self> {
         let flags = bytes[1];
-        let is_one =
-            bytes[0] == MAGIC[kind as usize] && check(&bytes[..CHECK])[..] == bytes[CHECK..];
-        if !is_one || (flags & WITH_MAP != 0) != with_map {
+        let mut numbers = [0.0; COUNT];
+        if !unseal(bytes, NUMBERS, &mut numbers)
+            || bytes[0] != MAGIC[kind as usize]
+            || (flags & WITH_MAP != 0) != with_map
+        {
             return None;
         }
-        let mut numbers = [0.0; COUNT];
-        for (number, kept) in numbers.iter_mut().zip(bytes[NUMBERS..CHECK].as_chunks().0) {
-            *number = f32::from_le_bytes(*kept);
-        }
         let [gx, gy, sx, sy, temperature_k, size_m, deviation_m] = numbers;
-        let is_possible = sx > 0.0 && sy > 0.0 && numbers.iter().all(|number| number.is_finite());
+        let is_possible = sx > 0.0 && sy > 0.0;
         let change = RestChange {
             axis: kind.axis(flags),
             goes: WAYS[usize::from(flags >> 1 & 3)],

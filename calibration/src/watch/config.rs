@@ -88,7 +88,7 @@ impl WatchConfig {
     }
 
     /// Prior of the shapes' amounts: all of what is left, in six waves.
-    pub(super) fn shape_m(&self) -> f32 {
+    pub(crate) fn shape_m(&self) -> f32 {
         self.residual_m / sqrt(6.0)
     }
 }

@@ -11,7 +11,7 @@ pub const AMOUNTS: usize = OWN_COLUMNS;
 
 /// Who learns from the windows beside the watch.
 pub trait Follower {
-    /// A window is complete, whose reference knows all places and tells them apart. Whether all cells are to be new again.
+    /// A window is complete. Its reference knows all places and tells them apart, or is worth nothing. Whether all cells are to be new again.
     fn window(&mut self, window: &Whole<'_>) -> bool;
     /// The reference is another one, or the outputs are: what came before does not count any more.
     fn forget(&mut self);
@@ -52,7 +52,7 @@ impl Whole<'_> {
     }
 
     /// How many times as much a row of the reference tells as one of this window: what changes leave that equation (3) does not hold is
-    /// scatter now, and was none then.
+    /// scatter now, and was none then. Zero where there is no reference that could be compared with.
     #[must_use]
     pub fn reference_worth(&self) -> f32 {
         self.variance / self.reference_variance

@@ -6,8 +6,9 @@
 //!         u8   u8             u16     i16, nm      f32     f32           f32, K        f32 m  f32 m       u16, u16 nm      ISO-HDLC
 //! ```
 //! Little endian. Bits 0 to 3 are the place; bit 4: a tooth map was in force; bit 5: a change had been told; bit 6: of either segment of its
-//! pair. Known, apart: a bit for each place that the reference knows, and tells from the other
-//! segment's. Amended: by how much the calibration has been amended since the reference was learned, rms.
+//! pair; bit 7: a recalibration may compare with it. The first byte is D8 where it waits for a window that agrees with it. Known, apart: a bit
+//! for each place that the reference knows, and tells from the other segment's. Amended: by how much the calibration has been amended since the
+//! reference was learned, rms.
 
 use super::places::Place;
 use super::row::OWN_COLUMNS;
@@ -18,6 +19,8 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 pub const KEPT_BYTES: usize = 96;
 /// First byte, by definition of this layout.
 const MAGIC: u8 = 0x58;
+/// Bit of the first byte, by definition of this layout.
+const WAITS: u8 = 1 << 7;
 /// Bits of the place, by definition of this layout.
 const PLACE: u8 = 0x0F;
 /// Bit by definition of this layout.
@@ -27,7 +30,7 @@ const HAS_TOLD: u8 = 1 << 5;
 /// Bit by definition of this layout.
 const OF_EITHER: u8 = 1 << 6;
 /// Bit by definition of this layout.
-const TELLS_APART: u8 = 1 << 7;
+const IS_MEASURE: u8 = 1 << 7;
 /// Place of the amounts, by definition of this layout.
 const AMOUNTS: usize = 4;
 const NUMBERS: usize = AMOUNTS + 2 * OWN_COLUMNS;
@@ -43,9 +46,31 @@ const PER_M: f32 = 1.0e9;
 
 static CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// The CRC of an entry, as bytes.
-pub(crate) fn check(message: &[u8]) -> [u8; 4] {
-    CRC32.checksum(message).to_le_bytes()
+/// The CRC of an entry's bytes before it.
+fn check(bytes: &[u8; KEPT_BYTES]) -> [u8; 4] {
+    CRC32.checksum(&bytes[..CHECK]).to_le_bytes()
+}
+
+/// Writes numbers to an entry from a place on, then its CRC.
+#[inline(never)] // one copy in the images
+pub(crate) fn seal(bytes: &mut [u8; KEPT_BYTES], from: usize, numbers: &[f32]) {
+    let places = bytes[from..CHECK].as_chunks_mut().0;
+    for (place, number) in places.iter_mut().zip(numbers) {
+        *place = number.to_le_bytes();
+    }
+    let sum = check(bytes);
+    bytes[CHECK..].copy_from_slice(&sum);
+}
+
+/// Reads an entry's numbers from a place on; whether its CRC is right and all are finite.
+#[inline(never)] // one copy in the images
+pub(crate) fn unseal(bytes: &[u8; KEPT_BYTES], from: usize, numbers: &mut [f32]) -> bool {
+    let mut is_whole = check(bytes)[..] == bytes[CHECK..];
+    for (number, kept) in numbers.iter_mut().zip(bytes[from..CHECK].as_chunks().0) {
+        *number = f32::from_le_bytes(*kept);
+        is_whole &= number.is_finite();
+    }
+    is_whole
 }
 
 /// What is kept.
@@ -58,7 +83,9 @@ pub struct Kept {
     /// Places that it tells from those of the other segment.
     pub apart: u16,
     /// A recalibration may compare with it: it tells all of them from those of the other segment, and a window has agreed with it.
-    pub tells_apart: bool,
+    pub is_measure: bool,
+    /// It tells them, and no window has agreed with it yet.
+    pub waits: bool,
     /// Deviation of a row, metres.
     pub sigma_m: f32,
     /// Correlation of a pair.
@@ -77,20 +104,14 @@ impl Kept {
     #[inline(never)] // or it is compiled as its caller is, for less smallness
     pub fn bytes(&self, with_map: bool) -> [u8; KEPT_BYTES] {
         let mut bytes = [0; KEPT_BYTES];
-        bytes[0] = MAGIC;
+        bytes[0] = MAGIC | (u8::from(self.waits) * WAITS);
         bytes[2..AMOUNTS].copy_from_slice(&self.known.to_le_bytes());
         let told = self.told.unwrap_or(Told::ZERO);
-        let or_segment = told.now.or_segment.is_some();
-        let flags = [
-            (with_map, WITH_MAP),
-            (self.told.is_some(), HAS_TOLD),
-            (or_segment, OF_EITHER),
-            (self.tells_apart, TELLS_APART),
-        ];
-        let place = told.now.place.index() as u8;
-        bytes[1] = flags.iter().fold(place, |byte, (is_set, bit)| {
-            byte | (u8::from(*is_set) * bit)
-        });
+        bytes[1] = told.now.place.index() as u8
+            | (u8::from(with_map) * WITH_MAP)
+            | (u8::from(self.told.is_some()) * HAS_TOLD)
+            | (u8::from(told.now.or_segment.is_some()) * OF_EITHER)
+            | (u8::from(self.is_measure) * IS_MEASURE);
         let amounts = bytes[AMOUNTS..NUMBERS].as_chunks_mut().0;
         for (place, amount_m) in amounts.iter_mut().zip(self.reference_m) {
             // The conversion saturates.
@@ -107,12 +128,7 @@ impl Kept {
         // The conversion saturates.
         let amended = ((self.amended_m * PER_M) as u16).to_le_bytes();
         bytes[AMENDED..CHECK].copy_from_slice(&amended);
-        let places = bytes[NUMBERS..APART].as_chunks_mut().0;
-        for (place, number) in places.iter_mut().zip(numbers) {
-            *place = number.to_le_bytes();
-        }
-        let sum = check(&bytes[..CHECK]);
-        bytes[CHECK..].copy_from_slice(&sum);
+        seal(&mut bytes, NUMBERS, &numbers);
         bytes
     }
 
@@ -130,9 +146,12 @@ impl Kept {
     #[must_use]
     #[inline(never)]
     pub fn from_bytes(bytes: &[u8; KEPT_BYTES], with_map: bool) -> Option<Self> {
-        let (message, sum) = bytes.split_at(CHECK);
         let flags = bytes[1];
-        if check(message) != *sum || bytes[0] != MAGIC || (flags & WITH_MAP != 0) != with_map {
+        let mut numbers = [0.0; 5];
+        if !unseal(bytes, NUMBERS, &mut numbers)
+            || bytes[0] & !WAITS != MAGIC
+            || (flags & WITH_MAP != 0) != with_map
+        {
             return None;
         }
         let mut reference_m = [0.0; OWN_COLUMNS];
@@ -140,15 +159,8 @@ impl Kept {
         for (amount_m, kept) in reference_m.iter_mut().zip(amounts) {
             *amount_m = f32::from(i16::from_le_bytes(*kept)) / PER_M;
         }
-        let mut numbers = [0.0; 5];
-        let kept = bytes[NUMBERS..APART].as_chunks().0;
-        for (number, kept) in numbers.iter_mut().zip(kept) {
-            *number = f32::from_le_bytes(*kept);
-        }
         let [sigma_m, correlation, temperature_k, size_m, deviation_m] = numbers;
-        let is_possible = sigma_m > 0.0
-            && (0.0..1.0).contains(&correlation)
-            && numbers.iter().all(|number| number.is_finite());
+        let is_possible = sigma_m > 0.0 && (0.0..1.0).contains(&correlation);
         let place = Place::from_index(flags & PLACE)?;
         let told = Told {
             now: Present::kept(place, flags & OF_EITHER != 0, size_m, deviation_m),
@@ -158,7 +170,8 @@ impl Kept {
             reference_m,
             known: u16::from_le_bytes([bytes[2], bytes[3]]),
             apart: u16::from_le_bytes([bytes[APART], bytes[APART + 1]]),
-            tells_apart: flags & TELLS_APART != 0,
+            is_measure: flags & IS_MEASURE != 0,
+            waits: bytes[0] & WAITS != 0,
             sigma_m,
             correlation,
             temperature_k,
@@ -177,7 +190,8 @@ mod tests {
             reference_m: core::array::from_fn(|i| (i as f32 - 16.0) * 0.25e-6),
             known: 0xA5C3,
             apart: 0x3C5A,
-            tells_apart: true,
+            is_measure: told.is_none(),
+            waits: told.is_some(),
             sigma_m: 0.9e-6,
             correlation: 0.95,
             temperature_k: -1.5,
@@ -199,7 +213,7 @@ mod tests {
             let back = Kept::from_bytes(&bytes, with_map).unwrap();
             assert_eq!((back.told, back.sigma_m), (kept.told, kept.sigma_m));
             assert_eq!((back.known, back.apart), (kept.known, kept.apart));
-            assert!(back.tells_apart);
+            assert_eq!((back.is_measure, back.waits), (kept.is_measure, kept.waits));
             assert!((back.amended_m - kept.amended_m).abs() <= 1.0e-9);
             for (back, kept) in back.reference_m.iter().zip(kept.reference_m) {
                 assert!((back - kept).abs() <= 1.0e-9, "{back} {kept}");

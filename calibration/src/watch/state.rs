@@ -191,7 +191,8 @@ impl Watch {
             reference_m: self.reference_m,
             known: self.known,
             apart: self.apart,
-            tells_apart: self.is_measure(),
+            is_measure: self.is_measure(),
+            waits: self.tells_apart && !self.agreed,
             sigma_m: self.reference_sigma_m,
             correlation: self.correlation,
             temperature_k: self.reference_temperature_k,
@@ -205,7 +206,8 @@ impl Watch {
         (self.learning, self.seen) = (false, u16::MAX);
         self.reference_m = kept.reference_m;
         (self.known, self.apart) = (kept.known, kept.apart);
-        (self.tells_apart, self.agreed) = (kept.tells_apart, kept.tells_apart);
+        self.agreed = kept.is_measure;
+        self.tells_apart = kept.is_measure | kept.waits;
         (self.sigma_m, self.reference_sigma_m) = (kept.sigma_m, kept.sigma_m);
         self.correlation = kept.correlation;
         self.temperature_k = kept.temperature_k;
@@ -368,12 +370,19 @@ impl Watch {
         } else {
             window.sum(KEPT, &told, variance);
         }
-        if self.known == u16::MAX && new == 0 && self.is_measure() {
+        let is_measure = self.is_measure();
+        let compares = self.known == u16::MAX && new == 0;
+        if is_measure && compares || !is_measure && self.has_told {
             let whole = Whole {
                 rows: window,
                 reference_m: &self.reference_m,
                 variance,
-                reference_variance: self.reference_sigma_m * self.reference_sigma_m,
+                // A change that is told before there is a measure is compared with the calibration alone.
+                reference_variance: if is_measure {
+                    self.reference_sigma_m * self.reference_sigma_m
+                } else {
+                    f32::INFINITY
+                },
             };
             if follower.window(&whole) {
                 window.forget_cells();

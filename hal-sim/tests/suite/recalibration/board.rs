@@ -43,6 +43,7 @@ fn a_candidate_is_proposed_rejected_and_comes_in_force_by_itself_when_that_is_al
         lose_unknown: false,
     };
     assert!(matches!(bench.ask(commit), Reply::Place(_)));
+    assert_eq!(state(&mut bench), State::Idle(Idle::NoReference));
     let none = Reply::Refused(Refusal::NoCandidate);
     assert_eq!(order(&mut bench, Order::Accept), none);
     assert_eq!(order(&mut bench, Order::Reject), none);

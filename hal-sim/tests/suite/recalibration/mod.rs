@@ -2,6 +2,7 @@
 
 mod board;
 mod covariance;
+mod early;
 mod mode;
 mod month;
 mod position;

@@ -17,7 +17,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 /// The paper's courier on a platen without flaws: what is left of its errors where those of all platens are averaged out.
-fn paper_anywhere() -> CourierSpec {
+pub fn paper_anywhere() -> CourierSpec {
     let mut spec = presets::paper();
     // The lateral waves; beside them the list has two flaws of the platen and one of the diode.
     let lateral = spec.effects.swap_remove(1);

@@ -7,7 +7,7 @@ use core::f64::consts::TAU;
 use courier_sensor::calibration::recalibration::{Learner, RecalibrationConfig, amend};
 use courier_sensor::calibration::record::Quality;
 use courier_sensor::calibration::watch::{
-    Follower, Reading, Verdict, Watch, WatchConfig, Whole, Window,
+    Follower, Kept, Reading, Verdict, Watch, WatchConfig, Whole, Window,
 };
 use courier_sensor::calibration::{PlatenEstimator, Regression, Sample};
 use courier_sensor::equations::PARITY_SIGN;
@@ -71,7 +71,7 @@ impl Calibrated {
 
     fn learner(&self) -> Box<Learner> {
         let mut learner = Box::new(Learner::new());
-        learner.start(RecalibrationConfig::of(&self.config(), 0.0));
+        learner.start(Some(RecalibrationConfig::of(&self.config(), 0.0)));
         learner
     }
 
@@ -220,6 +220,18 @@ impl Service {
         false
     }
 
+    /// As the board starts again, with what it has kept as bytes.
+    pub fn restart(&mut self) {
+        let kept = self.watch.kept().expect("there is a reference");
+        let kept = Kept::from_bytes(&kept.bytes(false), false).expect("whole");
+        let config = *self.watch.config();
+        self.watch.start(config);
+        self.watch.restore(&kept);
+        self.window.forget();
+        self.learner
+            .start(Some(RecalibrationConfig::of(&config, kept.amended_m)));
+    }
+
     /// As the background does it.
     fn adopt(&mut self) {
         if !self.learner.proposal().is_some_and(|of| of.is_believed()) {
@@ -230,10 +242,15 @@ impl Service {
         if let Some(kalman) = &mut self.kalman {
             kalman.amend(self.learner.candidate_m());
         }
-        let kept = self.watch.kept().expect("there is a reference");
+        let kept = self.watch.kept().filter(|kept| kept.is_measure);
         self.watch.start(*self.watch.config());
         let amended_m = self.learner.adopt();
-        self.watch.restore(&kept.amended(amended_m));
+        if let Some(kept) = kept {
+            self.watch.restore(&kept.amended(amended_m));
+        } else {
+            self.learner
+                .start(Some(RecalibrationConfig::of(self.watch.config(), 0.0)));
+        }
         self.window.forget();
         self.adopted += 1;
         if let Some(judge) = &mut self.judge {
