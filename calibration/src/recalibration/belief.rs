@@ -104,6 +104,14 @@ impl Belief {
 
     fn solve_once(&mut self, rows: &Rows, [now, then]: [f32; 2], reference_m: &Amounts) -> Amounts {
         self.rows.reset(BOTH);
+        let RecalibrationConfig {
+            left_m, shape_m, ..
+        } = self.config;
+        let left_m = if then > 0.0 {
+            left_m
+        } else {
+            sqrt(left_m * left_m + shape_m * shape_m)
+        };
         for i in 0..AMOUNTS {
             let row: Amounts = core::array::from_fn(|j| rows.entry(i, j));
             let rhs = rows.right_hand_side(i);
@@ -111,7 +119,7 @@ impl Belief {
             self.believe(&row, [now, now], now * rhs);
             let mut row = [0.0; AMOUNTS];
             row[i] = 1.0;
-            self.believe(&row, [1.0 / self.config.left_m, 0.0], 0.0);
+            self.believe(&row, [1.0 / left_m, 0.0], 0.0);
             self.believe(&row, [0.0, 1.0 / self.changed_m], 0.0);
         }
         let mut both = [0.0; BOTH];

@@ -1,6 +1,5 @@
 //! What a recalibration starts from, and what it may do.
 
-use crate::math::sqrt;
 use crate::watch::WatchConfig;
 use serde::{Deserialize, Serialize};
 
@@ -19,8 +18,10 @@ pub enum Mode {
 /// What a recalibration starts from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecalibrationConfig {
-    /// Prior deviation of what the calibration left of one amount, as windows see it, metres.
+    /// Prior deviation of what the calibration left of one amount, metres.
     pub left_m: f32,
+    /// The same of what it left in the parity, which a window's columns may take for an amount. A reference tells it.
+    pub shape_m: f32,
     /// What it left in the parity, metres rms.
     pub residual_m: f32,
     /// Prior deviation of what has changed of it since, metres.
@@ -41,6 +42,7 @@ impl RecalibrationConfig {
     /// Of no calibration.
     pub(super) const NONE: Self = Self {
         left_m: 0.0,
+        shape_m: 0.0,
         residual_m: 0.0,
         changed_m: 0.0,
         slopes: [0.0; 3],
@@ -49,16 +51,13 @@ impl RecalibrationConfig {
 
     /// Of a stored calibration, as the watch takes it. Its record keeps no covariance: poses are planned so that it is all but diagonal (condition number 8,
     /// paper 3.1.2), and its size follows from the worst predicted deviation of a correction. That is the sum of four waves of two amounts
-    /// each, so that no amount's deviation is larger. Beside it stands what the calibration left in the parity, which the windows' columns may
-    /// take for an amount: nearly nothing where a reference tells it, and all that is known of it where none does. What may have changed since
-    /// is as much as the watch tells of one wave.
+    /// each, so that no amount's deviation is larger. What may have changed since is as much as the watch tells of one wave.
     /// `amended_m`: by how much it was amended before, rms.
     #[must_use]
     pub fn of(config: &WatchConfig, amended_m: f32) -> Self {
         Self {
-            left_m: sqrt(
-                config.uncertainty_m * config.uncertainty_m + config.shape_m() * config.shape_m(),
-            ),
+            left_m: config.uncertainty_m,
+            shape_m: config.shape_m(),
             residual_m: config.residual_m,
             changed_m: config.told_m(),
             slopes: config.slopes,

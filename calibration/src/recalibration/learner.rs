@@ -271,6 +271,10 @@ impl Follower for Learner {
         if !self.has_begun() {
             return false;
         }
+        if (window.reference_worth() > 0.0) != (self.worth > 0.0) {
+            // There is a reference now and was none, or the other way round: what was learned is of another kind.
+            self.forget();
+        }
         self.judge(window);
         self.enter(window);
         self.fresh[0] += window.fresh_pairs();
