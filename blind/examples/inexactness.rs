@@ -2,9 +2,10 @@
 //!
 //! `cargo run --release -p blind --example inexactness -- SEED COUNT [EFFECT] > effects/inexactness.csv`: so many couriers of each effect, of
 //! the project's simulator under the usual conditions and under drawn ones and of the independent one in turn. Cost: some seconds each.
+//! `... -- of RECORDING EFFECT` prints the same of a recording in which that effect acts alone. To standard error goes what each other block
+//! takes of what is left: effect, simulator, number, size, squares left, block, its columns, those of them that the data tell, squares taken.
 
-use diagnosis::Options;
-use diagnosis::posterior::diagnosed::diagnosed;
+use diagnosis::posterior::form_error::form_error;
 use effects::has;
 use rayon::prelude::*;
 use recording::Recording;
@@ -18,10 +19,17 @@ const SAMPLES: usize = 3000;
 
 fn main() -> Result<(), String> {
     let words: Vec<String> = std::env::args().skip(1).collect();
+    if let [first, path, name] = &words[..]
+        && first == "of"
+    {
+        let recording = Recording::read(path).map_err(|e| e.to_string())?;
+        tell(&format!("{name},real,0,"), &recording, name);
+        return Ok(());
+    }
     let number = |k: usize| words.get(k).and_then(|w| w.parse::<u64>().ok());
     let (Some(seed), Some(count)) = (number(0), number(1)) else {
         return Err(format!(
-            "found {words:?}, wanted: inexactness SEED COUNT [EFFECT]"
+            "found {words:?}, wanted: inexactness SEED COUNT [EFFECT], or: inexactness of RECORDING EFFECT"
         ));
     };
     let only = words.get(2).map_or("", String::as_str);
@@ -37,22 +45,36 @@ fn main() -> Result<(), String> {
     Ok(())
 }
 
-/// Decides on one courier with all other effects taken out of the catalogue: what they would explain counts as left.
+/// Fits one courier with all other effects taken out of the catalogue: what they would explain counts as left.
 fn measure(seed: u64, number: u64, name: &str) {
     let mut dice = Dice(seed ^ (number << 20) ^ hash(name));
     let size_m = SIZES_M[0] * (SIZES_M[1] / SIZES_M[0]).powf(dice.unit());
     let own = (dice.unit() * 4.0e15) as u64;
-    let Some((simulator, recording)) = recorded(number, name, size_m, own) else {
+    if let Some((simulator, recording)) = recorded(number, name, size_m, own) {
+        let size = format!("{:.2}", 1.0e6 * size_m);
+        tell(
+            &format!("{name},{simulator},{number},{size}"),
+            &recording,
+            name,
+        );
+    }
+}
+
+/// Prints what an effect explains of a recording in which it acts alone, and leaves; to standard error, what each block takes of that.
+fn tell(what: &str, recording: &Recording, name: &str) {
+    let Ok(Some(found)) = form_error(recording, name) else {
         return;
     };
-    let all = effects::cards().map(|card| card.name.to_owned());
-    let options = Options {
-        without: all.filter(|other| other != name).collect(),
+    let samples = recording.samples.len();
+    println!("{what},{samples},{:.0},{:.0}", found.explained, found.left);
+    let Some(beside) = &found.beside else {
+        return;
     };
-    if let Ok(answer) = diagnosed(&recording, &options, false) {
-        let (size_um, samples) = (1.0e6 * size_m, recording.samples.len());
-        let (explained, left) = (answer.explained, answer.excess);
-        println!("{name},{simulator},{number},{size_um:.2},{samples},{explained:.0},{left:.0}");
+    for taken in &beside.taken {
+        eprintln!(
+            "{what},{:.0},{},{},{:.1},{:.0}",
+            beside.squares, taken.block, taken.columns, taken.told, taken.squares
+        );
     }
 }
 

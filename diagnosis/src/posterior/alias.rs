@@ -172,7 +172,7 @@ pub fn simplest(problem: &Problem, all: &[Weighed], of: usize) -> usize {
         }
         let before = excess(&other.left);
         let columns = whole.fitted.given.told - other.fitted.given.told;
-        let by_chance = before - left < share_by_chance(columns) * before;
+        let by_chance = before - left <= share_by_chance(columns) * before;
         by_chance && prediction.divergence(other).is_alias()
     };
     let rank = |k: &usize| (all[*k].set().len(), *k);
@@ -248,6 +248,8 @@ mod tests {
         assert_eq!(told_beside(0.5, 0.7, &[]), [0]);
         assert_eq!(told_beside(0.5, 0.0, &[]), [0, 1]);
         assert_eq!(told_beside(1.5, 0.7, &[]), [0, 1]);
+        // Where the first leaves nothing, the other takes nothing.
+        assert_eq!(told_beside(0.1, 0.0, &[]), [0]);
         // Lines in the spectrum are nothing that the form of the first lacks.
         assert_eq!(told_beside(0.5, 0.7, &[1]), [0, 1]);
     }

@@ -142,7 +142,11 @@ pub fn decide(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> Decis
                 .unwrap_or(0);
             let first = simplest(problem, all, first);
             out.first = first;
-            let rivals = class(problem, all, first);
+            // What a set of fewer of its own effects predicts as well is no other cause.
+            let own = all[first].set();
+            let others = |k: usize| all[k].set().iter().any(|b| !own.contains(b));
+            let rivals = class(problem, all, first).into_iter();
+            let rivals: Vec<_> = rivals.filter(|(k, _)| others(*k)).collect();
             let nearest = rivals
                 .iter()
                 .map(|(_, d)| d.squares / d.limit)

@@ -217,7 +217,9 @@ fn settled<'a>(
         let known = here.weighing.found();
         let by_noise_alone = decision.verdict == Verdict::Named && known.is_empty();
         let told = by_noise_alone || here.codes_explain_it(&seen).is_some();
-        if decision.verdict == Verdict::NoGap || told {
+        // Lines are looked for in what a fit leaves, and may be what was taken for noise before.
+        let before_lines = count == 1 && here.noise().is_some();
+        if decision.verdict == Verdict::NoGap && !before_lines || told {
             break;
         }
         if count > ROUNDS {

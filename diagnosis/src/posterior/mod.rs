@@ -10,7 +10,7 @@
 //! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
 //! - [`alias`]: sets that predict the same. [`hypotheses`]: what sets say of a gap. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
 //! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design. `look`: the same with its fits, `trial`: among few blocks.
-//! - [`diagnosed`]: all that of a recording. [`fuller`] tells more of its effects, `field` looks for displaced teeth, and [`unlogged`] names
+//! - [`diagnosed`]: all that of a recording. [`form_error`] asks how far the form of an effect is from a recording of it alone. [`fuller`] tells more of its effects, `field` looks for displaced teeth, and [`unlogged`] names
 //!   causes whose quantity was not logged.
 
 pub mod alias;
@@ -22,6 +22,7 @@ pub mod eliminated;
 pub mod evidence;
 pub mod explained;
 mod field;
+pub mod form_error;
 pub mod fuller;
 pub mod held_out;
 pub mod hypotheses;

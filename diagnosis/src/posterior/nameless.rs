@@ -112,7 +112,8 @@ pub fn beside(problem: &Problem, set: &Fitted, alone: &Left) -> Option<Nameless>
             degrees: alone.degrees + set.given.told - together.told,
             allowance: alone.allowance + reduced.allowance(&list, &amounts) / stated,
             ..*alone
-        },
+        }
+        .no_less_than_noise(),
         coordinates: f.set,
     })
 }

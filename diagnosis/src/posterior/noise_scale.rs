@@ -11,6 +11,8 @@ pub(crate) const STATED_TO: f64 = 0.05;
 /// Loudest noise that is looked for, as a logarithm of the variance. A prior: thirty times the stated noise is more than readings
 /// have (2 ln 30 = 6.8).
 pub(crate) const LOUDEST: f64 = 6.8;
+/// Standard deviations by which noise may be quieter than stated. By definition as certain as an interval (Fisher 1925).
+const QUIETER: f64 = 2.0;
 /// Points of the grid to a standard deviation: many, since the density of louder noise may be cut off where it is steep. Derived
 /// from the cut: a sum that begins between two points is off by half a step, 3 % of a deviation.
 const POINTS: f64 = 16.0;
@@ -41,6 +43,22 @@ impl Left {
             squares: fitted.given.squares / stated,
             allowance: fitted.allowance / stated,
             degrees: reduced.rows - reduced.baseline as f64 - fitted.given.told,
+        }
+        .no_less_than_noise()
+    }
+
+    /// The same with what noise alone leaves, as quiet as it may be, where it leaves less: no set gains by that. A set leaves less, even less
+    /// than nothing, where the noise is stated far too loud: what columns and target have in common by the stated noise is then taken off and is
+    /// not there.
+    pub fn no_less_than_noise(self) -> Self {
+        let scatter = (2.0 * self.degrees.max(0.0)).sqrt();
+        let quietest = (-QUIETER * STATED_TO).exp();
+        let least = quietest * (self.degrees - QUIETER * scatter).max(0.0);
+        let missing = (least - self.squares).max(0.0);
+        Self {
+            squares: self.squares + missing,
+            log_density: self.log_density - 0.5 * missing * (-self.log_noise).exp(),
+            ..self
         }
     }
 }
@@ -150,6 +168,26 @@ mod tests {
     use effects::random::normal;
 
     /// Against the exact density at each point of a fine grid over the noise: the coefficients stay, to first order.
+    /// A set that leaves less than noise as quiet as it may be, or less than nothing, is told as one that leaves that noise.
+    #[test]
+    fn no_set_leaves_less_than_noise() {
+        let of = |squares: f64| Left {
+            log_noise: 0.0,
+            log_density: -0.5 * squares,
+            squares,
+            allowance: 0.0,
+            degrees: 1.0e4,
+        };
+        let least = 0.904_837 * (1.0e4 - 2.0 * 2.0e4_f64.sqrt());
+        for squares in [-3.0e3, 2.0e3] {
+            let told = of(squares).no_less_than_noise();
+            assert!((told.squares - least).abs() < 1.0, "{told:?}");
+            assert!((told.log_density + 0.5 * least).abs() < 0.5, "{told:?}");
+        }
+        let usual = of(9.7e3).no_less_than_noise();
+        assert_eq!((usual.squares, usual.log_density), (9.7e3, -4850.0));
+    }
+
     #[test]
     fn the_integral_is_that_of_the_exact_densities() {
         for louder in [1.0, 1.2, 3.0] {

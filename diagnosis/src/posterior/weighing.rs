@@ -76,6 +76,15 @@ pub struct Weighing {
 impl Weighing {
     /// Weighs the sets of a design.
     pub fn of(design: &Design) -> Self {
+        let mut out = Self::before(design);
+        out.weighed = weigh(&out.problem());
+        out.alone = alone(&out.weighed);
+        out.put_first_what_is_told(design);
+        out
+    }
+
+    /// What is asked of a design, before any set is weighed.
+    pub(super) fn before(design: &Design) -> Self {
         let blocks: Vec<usize> = (1..design.columns.blocks.len()).collect();
         let reduced = Reduced::new(
             &design.gram,
@@ -92,7 +101,7 @@ impl Weighing {
             .iter()
             .map(|b| design.columns.blocks[*b].name.clone())
             .collect();
-        let mut out = Self {
+        Self {
             stated: floor(design),
             reduced,
             effects: effects
@@ -113,11 +122,7 @@ impl Weighing {
             names,
             weighed: Vec::new(),
             alone: Vec::new(),
-        };
-        out.weighed = weigh(&out.problem());
-        out.alone = alone(&out.weighed);
-        out.put_first_what_is_told(design);
-        out
+        }
     }
 
     /// The set that is told comes first: nameless shapes that are likelier give way to causes that predict the same, and a set that
@@ -140,6 +145,11 @@ impl Weighing {
         }
         // None of so many was confirmed: nothing is told but what needs no effect.
         self.weighed.retain(|w| w.set().is_empty());
+    }
+
+    /// Names of its blocks.
+    pub(super) fn names(&self) -> &[String] {
+        &self.names
     }
 
     pub(super) fn problem(&self) -> Problem<'_> {
