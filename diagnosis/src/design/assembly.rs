@@ -56,6 +56,21 @@ pub struct Design<'a> {
 }
 
 impl Design<'_> {
+    /// What it is linearised about.
+    pub fn point(&self) -> LinearizationPoint {
+        let linearized = &self.linearized;
+        LinearizationPoint {
+            baseline: linearized.baseline.clone(),
+            displacement: linearized.displacement.clone(),
+            noise: self.measured_noise(),
+        }
+    }
+
+    /// Noise of each reading over the stated one that it is whitened by, where it is not the stated one.
+    pub fn measured_noise(&self) -> Option<[f64; READINGS]> {
+        (!self.linearized.is_by_stated_noise()).then_some(self.linearized.noise)
+    }
+
     /// For the comparison of sets of blocks.
     pub fn cross_validation(&self) -> CrossValidation<'_> {
         CrossValidation::new(&self.gram, &self.columns, &self.errors_in_variables)

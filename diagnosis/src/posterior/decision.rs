@@ -365,7 +365,10 @@ mod tests {
     #[test]
     fn a_shape_within_what_a_cause_may_lack_is_not_told() {
         assert_eq!(blocks(&told(0.2, true, true)), [Some(0)]);
-        assert_eq!(blocks(&told(0.2, false, true)), [Some(0), Some(1)]);
+        let both = told(0.2, false, true);
+        assert_eq!(blocks(&both), [Some(0), Some(1)]);
+        // The first alone predicts the same as far as its form goes, and is no other cause.
+        assert_eq!(both.verdict, Verdict::Named);
         assert_eq!(blocks(&told(0.0, true, true)), [Some(0), Some(1)]);
     }
 

@@ -10,7 +10,6 @@ use super::weighing::Weighing;
 use crate::Insufficient;
 use crate::data::prepare::{Prepared, prepare};
 use crate::design::assembly::{Design, DesignOptions, Options};
-use crate::linearization::point::LinearizationPoint;
 use recording::Recording;
 
 /// What an effect alone makes of a recording. Squares are whitened, over the noise.
@@ -46,8 +45,8 @@ pub struct Taken {
     pub squares: f64,
 }
 
-/// Fits one effect, with all others taken out of the catalogue, and asks what of the rest the others would take. None where nothing
-/// was found: then nothing is learned of its form. Cost: a diagnosis, and a fit for each other block.
+/// Fits one effect, with all others taken out of the catalogue, and asks what of the rest the others would take. Causes that are in no catalogue
+/// may be found beside it, as in every comparison. None where nothing was found: then nothing is learned of its form. Cost: a diagnosis, and a fit for each other block.
 ///
 /// # Errors
 /// [`Insufficient`] where the recording cannot answer.
@@ -71,18 +70,13 @@ pub fn form_error(recording: &Recording, effect: &str) -> Result<Option<FormErro
 
 /// All columns, linearised about what was found.
 fn with_all<'a>(prepared: &'a Prepared, found: &Decided) -> Design<'a> {
-    let linearized = &found.design.linearized;
-    let point = LinearizationPoint {
-        baseline: linearized.baseline.clone(),
-        displacement: linearized.displacement.clone(),
-        noise: (!linearized.is_by_stated_noise()).then_some(linearized.noise),
-    };
+    let inputs = &found.design.linearized.inputs;
     let told = DesignOptions {
-        previous_inputs: Some(&linearized.inputs),
-        field: has_knots(&linearized.inputs),
+        previous_inputs: Some(inputs),
+        field: has_knots(inputs),
         ..DesignOptions::default()
     };
-    design(prepared, &Options::default(), &point, told)
+    design(prepared, &Options::default(), &found.design.point(), told)
 }
 
 /// What one effect leaves of a design, and what each other block takes of it.

@@ -80,8 +80,7 @@ impl<'a> Look<'a> {
 
     /// Noise of each reading over the stated one, where it was found to be above.
     pub(super) fn noise(&self) -> Option<[f64; READINGS]> {
-        let linearized = &self.design.linearized;
-        (!linearized.is_by_stated_noise()).then_some(linearized.noise)
+        self.design.measured_noise()
     }
 
     /// Logarithm of the evidence of the whole comparison, of the residuals in metres: designs of other noise are whitened in another way.
@@ -113,11 +112,7 @@ impl<'a> Look<'a> {
 
     /// What it is linearised about.
     pub(super) fn point(&self) -> LinearizationPoint {
-        LinearizationPoint {
-            baseline: self.design.linearized.baseline.clone(),
-            displacement: self.design.linearized.displacement.clone(),
-            noise: self.noise(),
-        }
+        self.design.point()
     }
 
     /// The best set, fitted about itself.

@@ -11,7 +11,8 @@ pub(crate) const STATED_TO: f64 = 0.05;
 /// Loudest noise that is looked for, as a logarithm of the variance. A prior: thirty times the stated noise is more than readings
 /// have (2 ln 30 = 6.8).
 pub(crate) const LOUDEST: f64 = 6.8;
-/// Standard deviations by which noise may be quieter than stated. By definition as certain as an interval (Fisher 1925).
+/// Standard deviations by which noise may be quieter than stated. Derived from [`STATED_TO`]: two of them are the 5 % of the rms
+/// within which a recording shows no gap.
 const QUIETER: f64 = 2.0;
 /// Points of the grid to a standard deviation: many, since the density of louder noise may be cut off where it is steep. Derived
 /// from the cut: a sum that begins between two points is off by half a step, 3 % of a deviation.

@@ -11,7 +11,6 @@ use crate::data::prepare::Prepared;
 use crate::design::assembly::{Design, Options};
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::posterior::birge_ratio;
-use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::noise::simulated::{self, Floor};
 use crate::posterior::diagnosed::{Answer as Decision, Decided, decided};
@@ -77,15 +76,10 @@ fn told(
         .for_each(|reason| log(&reason.to_string()));
     log(&format!("{:?}", decision.effects));
     let linearized = &design.linearized;
-    let start = LinearizationPoint {
-        baseline: linearized.baseline.clone(),
-        displacement: linearized.displacement.clone(),
-        noise: (!linearized.is_by_stated_noise()).then_some(linearized.noise),
-    };
     let names = fitted_effects(&decision);
     let fit = match fitted {
         Some(fit) if is_of(&fit, &names) => fit,
-        _ => RelinearizedFit::new(linearized, start, &names),
+        _ => RelinearizedFit::new(linearized, design.point(), &names),
     };
     let floor = stated_floor(&design);
     let mut selection = selection_of(prepared, options, (design, fit));

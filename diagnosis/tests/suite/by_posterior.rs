@@ -4,24 +4,30 @@ use crate::beside::direction_beside_noise;
 use crate::clip::{AMPLIFIERS, saturated};
 use crate::forms::channel_turns;
 use crate::rings::{Ring, named, recorded};
+use crate::shared::shared;
 use crate::whole::gap_with_thirds;
+use diagnosis::posterior::form_error::form_error;
 use diagnosis::selection::by_posterior::diagnose_by_posterior;
 use diagnosis::verdict::answer::Verdict;
 use diagnosis::{Options, check};
 use recording::Recording;
 use specimens::rig;
 
-/// A courier of the independent simulator, on two motions.
-fn recordings(seed: u64, effect: &str) -> [Recording; 2] {
-    let options = rig::Options {
+/// A short recording of one segment beside a reference.
+fn one_segment() -> rig::Options {
+    rig::Options {
         samples: 600,
         beacon: false,
         reference: true,
         segments: 1,
         ..rig::Options::default()
-    };
+    }
+}
+
+/// A courier of the independent simulator, on two motions.
+fn recordings(seed: u64, effect: &str) -> [Recording; 2] {
     let effects = [(effect, 2.0e-6)];
-    [seed, seed + 1000].map(|motion| rig::record_as(seed, motion, &effects, &options).0)
+    [seed, seed + 1000].map(|motion| rig::record_as(seed, motion, &effects, &one_segment()).0)
 }
 
 /// What is named has its figures, and a model that leaves on another recording what was claimed.
@@ -73,19 +79,54 @@ fn a_hum_is_no_noise() {
     }
 }
 
+/// A vibration is as rough as noise from sample to sample, and no line was looked for when noise is first measured.
+#[test]
+fn a_fast_vibration_is_looked_for_before_noise_is_told() {
+    let options = rig::Options {
+        samples: 1500,
+        ..rig::Options::default()
+    };
+    let still = rig::record(41, &[], &options).0;
+    let shaken = rig::shake::shaken(&still, 0.31, |_| 6.0e-4);
+    assert_eq!(names(&shaken), ["beacon_vibration"]);
+}
+
+/// Its noise is stated far too loud, and what the noise would have in common is not there.
+#[test]
+fn a_real_diode_whose_noise_is_stated_too_loud_is_named() {
+    let Some(recording) = shared("quadrant-diode-aug28") else {
+        return;
+    };
+    let (answer, _) = diagnose_by_posterior(&recording, "diode", &Options::default(), false);
+    assert_eq!(answer.diagnosis.verdict, Verdict::Named);
+    let mut effects = answer.diagnosis.effects.iter();
+    assert!(effects.any(|effect| effect.name == "psd_nonlinearity"));
+}
+
+/// A delay beside harmonics is nothing that these lack: the delay's own columns take what they leave.
+#[test]
+fn what_a_form_leaves_is_taken_by_what_acts_beside_it() {
+    let effects = [("extra_harmonics", 2.0e-6), ("velocity_lag", 1.0e-6)];
+    let both = rig::record(75, &effects, &one_segment()).0;
+    let found = form_error(&both, "extra_harmonics").expect("rows");
+    let found = found.expect("harmonics");
+    let beside = found.beside.as_ref().expect("a fit");
+    let takes = |name: &str| {
+        let mut each = beside.taken.iter();
+        each.find(|taken| taken.block == name)
+            .map_or(0.0, |taken| taken.squares / beside.squares)
+    };
+    assert!(found.explained > found.left, "{found:?}");
+    assert!(takes("velocity_lag") > 0.8, "{beside:?}");
+    assert!(takes("angle_dependence") < 0.5, "{beside:?}");
+}
+
 /// A channel that turns with the angle is one effect in a fuller form. A change with the angle and a wrong span predict the same of it, and Occam's
 /// factor alone is for these two.
 #[test]
 fn fewer_effects_that_do_the_same_are_told() {
     let [first, _] = channel_turns(14);
-    let (answer, _) = diagnose_by_posterior(&first, "first", &Options::default(), false);
-    let names: Vec<&str> = answer
-        .diagnosis
-        .effects
-        .iter()
-        .map(|e| e.name.as_str())
-        .collect();
-    assert_eq!(names, ["angle_dependence"]);
+    assert_eq!(names(&first), ["angle_dependence"]);
 }
 
 fn names(recording: &Recording) -> Vec<String> {
