@@ -4,7 +4,7 @@ use crate::key::{Key, SPAN};
 use crate::member::Member;
 use crate::state::{State, further, keys_of};
 use courier_sensor::equations::theta;
-use tooth_map::{Linear, Setup, TeethPose, Unknowns, linear, places};
+use tooth_map::{Linear, Setup, TeethPose, Unknowns, by_raw_outputs, linear, misclosures, places};
 
 /// Step by which a derivative by the span is taken, m. Derived from both: small beside a tooth, over which fields bend, large
 /// beside the digits of f64.
@@ -76,7 +76,7 @@ impl AtState {
         let theta_rad = theta(&pose.outputs_m, span_m);
         let mut longer = self.setup;
         longer.span_m += SPAN_STEP_M;
-        let beyond = linear(&longer, &self.unknowns, &self.values, pose).g_m;
+        let beyond = misclosures(&longer, &self.unknowns, &self.values, pose);
         let first = self.keys.len() - self.further.len();
         let by_segments = |amounts: [f64; 4]| -> [f64; 3] {
             std::array::from_fn(|k| (0..4).map(|s| amounts[s] * at.by_outputs[s][k]).sum())
@@ -120,7 +120,7 @@ impl AtState {
         }
         // Noise is in the raw outputs, so that a pose is whitened by the derivatives by these. Weights that follow the arms would have the fit lengthen them: readings count less under a longer one.
         let (setup, values) = &self.weighing;
-        at.by_outputs = linear(setup, &self.unknowns, values, pose).by_raw;
+        at.by_outputs = by_raw_outputs(setup, &self.unknowns, values, pose);
         at
     }
 }

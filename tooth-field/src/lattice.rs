@@ -42,10 +42,10 @@ impl<K: Kernel + Copy> Lattice<K> {
 
     /// Nodes under a place and their weights; those across run fastest.
     pub fn nodes(self, place: [f64; 2]) -> impl Iterator<Item = ([i32; 2], f64)> + Clone {
-        let across = self.along(1, place[1]);
-        self.along(0, place[0]).flat_map(move |(i, along)| {
-            let across = across.clone();
-            across.map(move |(j, weight)| ([i, j], along * weight))
+        let [along, across] = [0, 1].map(|d| self.along(d, place[d]).collect::<Vec<_>>());
+        (0..along.len() * across.len()).map(move |at| {
+            let ((i, along), (j, across)) = (along[at / across.len()], across[at % across.len()]);
+            ([i, j], along * across)
         })
     }
 

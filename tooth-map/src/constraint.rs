@@ -1,8 +1,8 @@
 //! g_p, g_x and g_y of a pose (equations 5, 10, 11), their derivatives by the unknowns, and their covariance.
 
-use super::model::outputs;
+use super::model::{Derivatives, outputs};
 use super::pose::{Noise, Setup, TeethPose};
-use super::unknowns::Unknowns;
+use super::unknowns::{DEGREE, Unknowns};
 use courier_sensor::equations::{Angle, beacon, by_outputs, middle, parity, theta};
 use courier_sensor::frame::SEGMENTS;
 use nalgebra::{Matrix3, Vector3};
@@ -28,92 +28,158 @@ struct Displacement {
     scale_m: f64,
 }
 
+/// Powers of a deflection's two parts, from the zeroth.
+type Powers = [[f64; DEGREE as usize + 1]; 2];
+
 fn displacement(
     setup: &Setup,
     unknowns: &Unknowns,
     values: &[f64],
     [u, v]: [f64; 2],
+    [of_u, of_v]: &Powers,
 ) -> Displacement {
     let (gain, turn) = (
         values[unknowns.misalignment()],
         values[unknowns.misalignment() + 1],
     );
-    let bend = |axis: usize, own: f64, other: f64| -> f64 {
+    let bend = |axis: usize, own: &[f64], other: &[f64]| -> f64 {
         let coefficients = &values[unknowns.bend(axis)..unknowns.bend(axis + 1)];
         unknowns
             .powers
             .iter()
             .zip(coefficients)
-            .map(|((n, m), k)| k * own.powi(*n) * other.powi(*m))
+            .map(|((n, m), k)| k * own[*n as usize] * other[*m as usize])
             .sum()
     };
     let scale_m = values[unknowns.mounting()] * setup.tan_full_scale;
-    let x = u + gain * u - turn * v + bend(0, u, v);
-    let y = v - gain * v + turn * u + bend(1, v, u);
+    let x = u + gain * u - turn * v + bend(0, of_u, of_v);
+    let y = v - gain * v + turn * u + bend(1, of_v, of_u);
     Displacement {
         c_m: [x * scale_m, y * scale_m],
         scale_m,
     }
 }
 
+/// A pose at some values of the unknowns, before the derivatives by these.
+struct AtPose {
+    g_m: [f64; 3],
+    by_outputs: [[f64; 3]; SEGMENTS],
+    /// The same by the outputs before the waves: what moves one of these moves the waves as well.
+    through: [[f64; 3]; SEGMENTS],
+    by_raw: [[f64; 3]; SEGMENTS],
+    angle: Angle<f64>,
+    /// The beacon as it is seen, turned, and how it is scaled.
+    turned: [f64; 2],
+    scale_m: f64,
+    powers: Powers,
+}
+
+impl AtPose {
+    /// Derivatives of the outputs are added to these lists, where there are some.
+    fn new(
+        setup: &Setup,
+        unknowns: &Unknowns,
+        values: &[f64],
+        pose: &TeethPose,
+        derivatives: Option<&mut Derivatives>,
+    ) -> Self {
+        let out = outputs(setup, unknowns, values, pose, derivatives);
+        let p = out.p_m;
+        let angle = Angle::of_rad(theta(&p, setup.span_m));
+        let at = unknowns.mounting();
+        let (lever_m, place_m) = (
+            [values[at + 1], values[at + 2]],
+            [values[at + 3], values[at + 4]],
+        );
+        let of_part = |x: f64| std::array::from_fn(|degree| x.powi(degree as i32));
+        let powers = pose.deflection.map(of_part);
+        let moved = displacement(setup, unknowns, values, pose.deflection, &powers);
+        let seen = beacon(middle(&p), moved.c_m, lever_m, place_m, &angle);
+        let rows = by_outputs(seen.by_theta, setup.span_m);
+        let by_outputs: [[f64; 3]; SEGMENTS] = std::array::from_fn(|i| rows.map(|row| row[i]));
+        let through: [[f64; 3]; SEGMENTS] = std::array::from_fn(|j| {
+            std::array::from_fn(|k| {
+                let by_waves = (0..SEGMENTS).map(|i| by_outputs[i][k] * out.waves_by_outputs[i][j]);
+                by_outputs[j][k] + by_waves.sum::<f64>()
+            })
+        });
+        Self {
+            g_m: [parity(&p), seen.g[0], seen.g[1]],
+            by_outputs,
+            through,
+            by_raw: std::array::from_fn(|j| through[j].map(|by| by * out.by_raw[j])),
+            angle,
+            turned: seen.turned,
+            scale_m: moved.scale_m,
+            powers,
+        }
+    }
+}
+
+/// [`Linear::g_m`] of a pose alone.
+#[must_use]
+pub fn misclosures(
+    setup: &Setup,
+    unknowns: &Unknowns,
+    values: &[f64],
+    pose: &TeethPose,
+) -> [f64; 3] {
+    AtPose::new(setup, unknowns, values, pose, None).g_m
+}
+
+/// [`Linear::by_raw`] of a pose alone.
+#[must_use]
+pub fn by_raw_outputs(
+    setup: &Setup,
+    unknowns: &Unknowns,
+    values: &[f64],
+    pose: &TeethPose,
+) -> [[f64; 3]; SEGMENTS] {
+    AtPose::new(setup, unknowns, values, pose, None).by_raw
+}
+
 /// Linearises one pose at some values of the unknowns.
 #[must_use]
 pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPose) -> Linear {
-    let out = outputs(setup, unknowns, values, pose);
-    let p = out.p_m;
-    let angle = Angle::of_rad(theta(&p, setup.span_m));
+    let mut by = Derivatives::default();
+    let seen = AtPose::new(setup, unknowns, values, pose, Some(&mut by));
+    let lists = by.of_waves.iter().chain(&by.before_waves);
+    let of_outputs: usize = lists.map(Vec::len).sum();
+    let of_displacement = 7 + 2 * unknowns.powers.len();
+    let mut derivatives = Vec::with_capacity(of_outputs + of_displacement);
+    for (by_output, list) in seen.by_outputs.iter().zip(&by.of_waves) {
+        let each = list.iter();
+        derivatives.extend(each.map(|(index, d)| (*index, by_output.map(|b| b * d))));
+    }
+    for (by_output, list) in seen.through.iter().zip(&by.before_waves) {
+        let each = list.iter();
+        derivatives.extend(each.map(|(index, d)| (*index, by_output.map(|b| b * d))));
+    }
     let at = unknowns.mounting();
-    let (height_m, lever_m, place_m) = (
-        values[at],
-        [values[at + 1], values[at + 2]],
-        [values[at + 3], values[at + 4]],
-    );
-    let moved = displacement(setup, unknowns, values, pose.deflection);
-    let seen = beacon(middle(&p), moved.c_m, lever_m, place_m, &angle);
-    let turned = seen.turned;
-    let g_m = [parity(&p), seen.g[0], seen.g[1]];
-    let rows = by_outputs(seen.by_theta, setup.span_m);
-    let by_outputs: [[f64; 3]; SEGMENTS] = std::array::from_fn(|i| rows.map(|row| row[i]));
-    let mut derivatives = Vec::with_capacity(256);
-
-    // What moves an output before the waves moves these as well.
-    let through: [[f64; 3]; SEGMENTS] = std::array::from_fn(|j| {
-        std::array::from_fn(|k| {
-            let by_waves = (0..SEGMENTS).map(|i| by_outputs[i][k] * out.waves_by_outputs[i][j]);
-            by_outputs[j][k] + by_waves.sum::<f64>()
-        })
-    });
-    let by_raw = std::array::from_fn(|j| through[j].map(|by| by * out.by_raw[j]));
-    for (by_output, list) in by_outputs.iter().zip(&out.by_waves) {
-        let each = list.iter();
-        derivatives.extend(each.map(|(index, d)| (*index, by_output.map(|b| b * d))));
-    }
-    for (by_output, list) in through.iter().zip(&out.by) {
-        let each = list.iter();
-        derivatives.extend(each.map(|(index, d)| (*index, by_output.map(|b| b * d))));
-    }
     let of_beacon = |[x, y]: [f64; 2]| [0.0, x, y];
-    let [by_lever_x, by_lever_y] = angle.by_lever();
+    let [by_lever_x, by_lever_y] = seen.angle.by_lever();
     derivatives.extend([
-        (at, of_beacon(turned.map(|t| t / height_m))),
+        (at, of_beacon(seen.turned.map(|t| t / values[at]))),
         (at + 1, of_beacon(by_lever_x)),
         (at + 2, of_beacon(by_lever_y)),
         (at + 3, of_beacon([1.0, 0.0])),
         (at + 4, of_beacon([0.0, 1.0])),
     ]);
-    let turn = |x: f64, y: f64| of_beacon(angle.turn([x, y]).map(|t| moved.scale_m * t));
+    let turn = |x: f64, y: f64| of_beacon(seen.angle.turn([x, y]).map(|t| seen.scale_m * t));
     let [u, v] = pose.deflection;
     derivatives.push((unknowns.misalignment(), turn(u, -v)));
     derivatives.push((unknowns.misalignment() + 1, turn(-v, u)));
+    let [of_u, of_v] = &seen.powers;
     for (k, (n, m)) in unknowns.powers.iter().enumerate() {
-        derivatives.push((unknowns.bend(0) + k, turn(u.powi(*n) * v.powi(*m), 0.0)));
-        derivatives.push((unknowns.bend(1) + k, turn(0.0, v.powi(*n) * u.powi(*m))));
+        let (n, m) = (*n as usize, *m as usize);
+        derivatives.push((unknowns.bend(0) + k, turn(of_u[n] * of_v[m], 0.0)));
+        derivatives.push((unknowns.bend(1) + k, turn(0.0, of_v[n] * of_u[m])));
     }
     Linear {
-        g_m,
+        g_m: seen.g_m,
         by: derivatives,
-        by_outputs,
-        by_raw,
+        by_outputs: seen.by_outputs,
+        by_raw: seen.by_raw,
     }
 }
 

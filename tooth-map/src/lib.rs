@@ -23,7 +23,7 @@ mod predict;
 mod unknowns;
 
 pub use anchor::Anchor;
-pub use constraint::{Left, Linear, linear};
+pub use constraint::{Left, Linear, by_raw_outputs, linear, misclosures};
 pub use estimate::{Evidence, FIRST_NOISE, Mapped, check_turn, estimate, lattices, split};
 pub use file::MapFile;
 pub use fit::{Fit, Problem, add_rows, products};

@@ -9,37 +9,61 @@ use courier_sensor::equations::{
 use courier_sensor::frame::SEGMENTS;
 use std::f64::consts::TAU;
 
-/// Outputs of a pose, metres, and each one's derivatives by unknowns.
-#[derive(Clone, Debug, Default)]
+/// Outputs of a pose, metres.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Outputs {
     /// Calibrated.
     pub p_m: [f64; SEGMENTS],
-
-    /// `(unknown, derivative)` of the outputs as they are before the waves.
-    pub by: [Vec<(usize, f64)>; SEGMENTS],
-    /// The same of the waves themselves.
-    pub by_waves: [Vec<(usize, f64)>; SEGMENTS],
     /// Derivatives of equation (3)'s outputs by the raw ones.
     pub by_raw: [f64; SEGMENTS],
     /// Derivatives of the waves, `[segment]`, by the outputs before them.
     pub waves_by_outputs: [[f64; SEGMENTS]; SEGMENTS],
 }
 
-impl Outputs {
-    /// Derivatives of an output by the unknowns, those that act through the places of waves included.
+/// Derivatives of each output by the unknowns: `(unknown, derivative)`.
+#[derive(Clone, Debug, Default)]
+pub struct Derivatives {
+    /// Of the outputs as they are before the waves.
+    pub before_waves: [Vec<(usize, f64)>; SEGMENTS],
+    /// Of the waves themselves.
+    pub of_waves: [Vec<(usize, f64)>; SEGMENTS],
+}
+
+impl Derivatives {
+    /// Those of an output by all unknowns, those that act through the places of waves included.
     #[must_use]
-    pub fn all_by(&self, segment: usize) -> Vec<(usize, f64)> {
-        let own = self.by_waves[segment].iter().copied();
+    pub fn of_output(&self, outputs: &Outputs, segment: usize) -> Vec<(usize, f64)> {
+        let own = self.of_waves[segment].iter().copied();
         let through = (0..SEGMENTS).flat_map(|from| {
-            let moves = self.waves_by_outputs[segment][from] + f64::from(u8::from(from == segment));
-            self.by[from].iter().map(move |(at, by)| (*at, moves * by))
+            let moves =
+                outputs.waves_by_outputs[segment][from] + f64::from(u8::from(from == segment));
+            let before = self.before_waves[from].iter();
+            before.map(move |(at, by)| (*at, moves * by))
         });
         own.chain(through).collect()
     }
+}
 
-    fn add(&mut self, segment: usize, values: &[f64], at: usize, derivative: f64) {
-        self.p_m[segment] += values[at] * derivative;
-        self.by[segment].push((at, derivative));
+/// Outputs that are being made, and their derivatives where these are wanted: one place for both, so that they go together.
+struct Sum<'a> {
+    out: Outputs,
+    values: &'a [f64],
+    derivatives: Option<&'a mut Derivatives>,
+}
+
+impl Sum<'_> {
+    fn add(&mut self, segment: usize, at: usize, derivative: f64) {
+        self.out.p_m[segment] += self.values[at] * derivative;
+        if let Some(lists) = &mut self.derivatives {
+            lists.before_waves[segment].push((at, derivative));
+        }
+    }
+
+    fn add_wave(&mut self, segment: usize, at: usize, function: f64) {
+        self.out.p_m[segment] += self.values[at] * function;
+        if let Some(lists) = &mut self.derivatives {
+            lists.of_waves[segment].push((at, function));
+        }
     }
 }
 
@@ -54,31 +78,39 @@ pub fn places(setup: &Setup, p: &[f64; SEGMENTS]) -> [[f64; 2]; SEGMENTS] {
     places_m.map(|place| place.map(|p| p / setup.pitch_m))
 }
 
-/// Everything of one pose. A place outside the lattice has no field. The waves' phases are those of the places that fields and
-/// waves have corrected, which the interrupt takes to first order.
-pub fn outputs(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPose) -> Outputs {
-    let mut out = Outputs {
-        p_m: pose.outputs_m,
-        ..Outputs::default()
+/// Everything of one pose; its derivatives are added to these lists, where there are some. A place outside the lattice has no field. The
+/// waves' phases are those of the places that fields and waves have corrected, which the interrupt takes to first order.
+pub fn outputs(
+    setup: &Setup,
+    unknowns: &Unknowns,
+    values: &[f64],
+    pose: &TeethPose,
+    derivatives: Option<&mut Derivatives>,
+) -> Outputs {
+    let mut sum = Sum {
+        out: Outputs {
+            p_m: pose.outputs_m,
+            ..Outputs::default()
+        },
+        values,
+        derivatives,
     };
-    equation_3(setup, unknowns, values, &mut out);
-    let calibrated = out.p_m;
+    equation_3(setup, unknowns, &mut sum);
+    let calibrated = sum.out.p_m;
     for (i, place) in places(setup, &calibrated).into_iter().enumerate() {
         for (unknown, weight) in unknowns.field_at(i % 2, place).into_iter().flatten() {
-            out.add(i, values, unknown, weight);
+            sum.add(i, unknown, weight);
         }
     }
-    let mut moved = out.p_m;
+    let mut moved = sum.out.p_m;
     wave_functions(setup, unknowns, &calibrated, |i, at, function| {
         moved[i] += values[at] * function;
     });
-
     wave_functions(setup, unknowns, &moved, |i, at, function| {
-        out.p_m[i] += values[at] * function;
-        out.by_waves[i].push((at, function));
+        sum.add_wave(i, at, function);
     });
-    out.waves_by_outputs = waves_by_outputs(setup, unknowns, values, &moved);
-    out
+    sum.out.waves_by_outputs = waves_by_outputs(setup, unknowns, values, &moved);
+    sum.out
 }
 
 /// Derivatives of each segment's waves by the outputs: of their own phase, and of the lateral one, which all outputs move.
@@ -90,6 +122,11 @@ fn waves_by_outputs(
 ) -> [[f64; SEGMENTS]; SEGMENTS] {
     let lateral = lateral_m(setup, outputs_m);
     let per_m = TAU / setup.pitch_m;
+    // The lateral arguments are linear in the outputs.
+    let lateral_by: [[f64; SEGMENTS]; SEGMENTS] = std::array::from_fn(|j| {
+        let unit = std::array::from_fn(|k| f64::from(u8::from(k == j)));
+        lateral_m(setup, &unit)
+    });
     let mut by = [[0.0; SEGMENTS]; SEGMENTS];
     for i in 0..SEGMENTS {
         let (mut by_own, mut by_lateral) = (0.0, 0.0);
@@ -103,10 +140,8 @@ fn waves_by_outputs(
             by_lateral += orders[1] * slope;
         }
         by[i][i] = by_own;
-        // The lateral arguments are linear in the outputs.
         for j in 0..SEGMENTS {
-            let unit = std::array::from_fn(|k| f64::from(u8::from(k == j)));
-            by[i][j] += by_lateral * lateral_m(setup, &unit)[i];
+            by[i][j] += by_lateral * lateral_by[j][i];
         }
     }
     by
@@ -131,25 +166,20 @@ fn wave_functions(
     }
 }
 
-fn equation_3(setup: &Setup, unknowns: &Unknowns, values: &[f64], out: &mut Outputs) {
+fn equation_3(setup: &Setup, unknowns: &Unknowns, sum: &mut Sum) {
     let per_m = TAU / setup.pitch_m;
-    let raw = out.p_m;
+    let raw = sum.out.p_m;
     for i in 0..SEGMENTS {
         let functions = own_functions((per_m * raw[i]).sin_cos().into());
-        out.by_raw[i] = 1.0;
+        sum.out.by_raw[i] = 1.0;
         for (k, [sine, cosine]) in functions.into_iter().enumerate() {
             let at = unknowns.own(i, k);
-            let slope = values[at] * cosine - values[at + 1] * sine;
-            out.by_raw[i] += per_m * f64::from(OWN_ORDERS[k]) * slope;
-            out.add(i, values, unknowns.own(i, k), sine);
-            out.add(i, values, unknowns.own(i, k) + 1, cosine);
+            let slope = sum.values[at] * cosine - sum.values[at + 1] * sine;
+            sum.out.by_raw[i] += per_m * f64::from(OWN_ORDERS[k]) * slope;
+            sum.add(i, at, sine);
+            sum.add(i, at + 1, cosine);
         }
-        out.add(
-            i,
-            values,
-            unknowns.parity(),
-            0.25 * f64::from(PARITY_SIGN[i]),
-        );
-        out.add(i, values, unknowns.angle(), 0.25 * f64::from(ANGLE_SIGN[i]));
+        sum.add(i, unknowns.parity(), 0.25 * f64::from(PARITY_SIGN[i]));
+        sum.add(i, unknowns.angle(), 0.25 * f64::from(ANGLE_SIGN[i]));
     }
 }

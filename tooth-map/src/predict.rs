@@ -2,7 +2,7 @@
 
 use super::fit::{Fit, Problem};
 use super::lattice;
-use super::model::{outputs, places};
+use super::model::{Derivatives, outputs, places};
 use super::pose::{Setup, TeethPose};
 use super::unknowns::Unknowns;
 
@@ -26,8 +26,10 @@ pub fn of_way(problem: &Problem, fit: &Fit, direction: usize) -> WayDeviation {
     let places: Vec<_> = way(problem.poses, direction)
         .iter()
         .map(|pose| {
-            let out = outputs(problem.setup, problem.unknowns, &fit.values, pose);
-            [0, 1, 2, 3].map(|segment| out.all_by(segment))
+            let mut by = Derivatives::default();
+            let (setup, unknowns) = (problem.setup, problem.unknowns);
+            let out = outputs(setup, unknowns, &fit.values, pose, Some(&mut by));
+            [0, 1, 2, 3].map(|segment| by.of_output(&out, segment))
         })
         .collect();
     let of_pair = |pair: usize, weights: [f64; 2]| {

@@ -11,7 +11,7 @@ use tooth_field::{ApertureKernel, Lattice};
 /// products of lowest order that couriers have been seen with (docs/effects.md, lateral dependence).
 pub const WAVES: [(u8, i8); 6] = [(0, 1), (0, 2), (1, 1), (1, -1), (2, 1), (2, -1)];
 /// Highest degree of the coordination sensor's polynomial: the inverse of a diode that bends by cubes needs some more.
-const DEGREE: i32 = 9;
+pub const DEGREE: i32 = 9;
 
 /// Standard deviation of a coefficient before the data, m. A prior: the parity of an uncalibrated sensor is 29.3 µm (paper,
 /// 3.1.2), twice that; as for the firmware's joint fit.
