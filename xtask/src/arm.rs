@@ -230,7 +230,8 @@ fn rust_lld() -> Option<PathBuf> {
         .find(|bin| bin.join("rust-lld").exists())
 }
 
-fn sysroot() -> Result<PathBuf> {
+/// The running toolchain's folder.
+pub fn sysroot() -> Result<PathBuf> {
     Ok(output(Command::new("rustc").args(["--print", "sysroot"]))?
         .trim()
         .into())

@@ -201,7 +201,7 @@ fn lints() -> Tally {
 }
 
 /// The documentation of every package, a warning being a failure. In the profile and with the features of the lints, whose
-/// dependencies it needs.
+/// dependencies it needs, and with their compiler: cargo takes the workspace's own packages as the lints have checked them.
 fn documentation() -> Tally {
     let mut command = cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
     command.args([
@@ -211,6 +211,17 @@ fn documentation() -> Tally {
         "courier/probe-code,courier/parquet,courier-python/module",
     ]);
     command.env("RUSTDOCFLAGS", "-D warnings");
+    // As `cargo clippy` sets them. Where they differ, the packages are checked once more and the documentation is the same.
+    if let Ok(driver) = arm::sysroot().map(|root| root.join("bin/clippy-driver"))
+        && driver.is_file()
+    {
+        command.env("RUSTC_WORKSPACE_WRAPPER", driver);
+        let end = "__CLIPPY_HACKERY__";
+        command.env(
+            "CLIPPY_ARGS",
+            DENIED.map(|word| word.to_owned() + end).concat(),
+        );
+    }
     step("documentation", command)
 }
 
@@ -230,11 +241,14 @@ fn component(name: &str, subcommand: &str) {
     }
 }
 
+/// What clippy is told.
+const DENIED: [&str; 2] = ["-D", "warnings"];
+
 /// Clippy over what the words of `chosen` name; a warning fails it.
 fn clippy(chosen: &str) -> Command {
     let mut command = cargo(&["clippy"]);
     command.args(chosen.split(' '));
-    command.args(["--profile", "checked", "--", "-D", "warnings"]);
+    command.args(["--profile", "checked", "--"]).args(DENIED);
     command
 }
 
