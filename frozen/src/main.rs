@@ -8,6 +8,7 @@ use frozen::{Answer, Kept, RELATIVE, Specimen, compare, list};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// Keeps the diagnosis' answers to a set of specimens and compares today's with them.
@@ -47,17 +48,26 @@ enum Command {
     Shake,
 }
 
-fn main() -> Result<std::process::ExitCode> {
-    let args = Args::parse();
+fn main() -> ExitCode {
+    match told(&Args::parse()) {
+        Ok(differ) => u8::from(differ).into(),
+        Err(error) => {
+            eprintln!("frozen: {error:#}");
+            2.into()
+        }
+    }
+}
+
+/// True if answers differ.
+fn told(args: &Args) -> Result<bool> {
     ThreadPoolBuilder::new()
         .num_threads(args.threads)
         .build_global()?;
-    let differ = match args.command {
-        Command::Write { missing } => keep(&args, missing)?,
-        Command::Compare { exact } => compared(&args, if exact { 0.0 } else { RELATIVE })?,
-        Command::Shake => shake(&args)?,
-    };
-    Ok(u8::from(differ).into())
+    match args.command {
+        Command::Write { missing } => keep(args, missing),
+        Command::Compare { exact } => compared(args, if exact { 0.0 } else { RELATIVE }),
+        Command::Shake => shake(args),
+    }
 }
 
 impl Args {
@@ -70,7 +80,12 @@ impl Args {
         let mut kept = frozen::read(&self.file)?;
         kept.retain(|one| one.specimen.name().contains(&self.only));
         kept.truncate(self.first.unwrap_or(usize::MAX));
-        ensure!(!kept.is_empty(), "found no such specimen in the file");
+        ensure!(
+            !kept.is_empty(),
+            "{}: found no specimen whose name contains '{}', wanted one",
+            self.file.display(),
+            self.only
+        );
         Ok(kept)
     }
 }

@@ -33,7 +33,7 @@ const EXPECTED: f32 = 0.5;
 /// less, what equation (3) does not hold of one segment's error passes for a change of both segments of the pair.
 const LEAST_TURNING: f32 = 0.024 * 0.024;
 
-/// What has been learned of a calibration's changes. To live in memory that is shared with the calibrations: 12 KiB.
+/// What has been learned of a calibration's changes. To live in memory that is shared with the calibrations: 23 KiB.
 #[derive(Clone, Debug)]
 pub struct Learner {
     /// All windows, fading: of unit variance.
@@ -54,6 +54,9 @@ pub struct Learner {
     in_memory: u32,
     proposal: Proposal,
 }
+
+/// What the memory that is shared has room for.
+const _: () = assert!(size_of::<Learner>() <= 23 * 1024);
 
 impl Default for Learner {
     fn default() -> Self {
