@@ -27,6 +27,8 @@ const ROUNDS: usize = 3;
 /// What leaves more than this share of the gap may be wrong, and nothing is moved by it. A derivation: at half, the wrong places
 /// would be as far off as those of the baseline alone.
 const TRUSTED_BELOW: f64 = 0.5;
+/// Other sets about whose mode all is compared, beside the best one's parts. A bound on the work: a fourth is known to first order alone.
+const MODES: usize = 3;
 
 /// The answer.
 #[derive(Clone, Debug)]
@@ -257,6 +259,7 @@ fn settled<'a>(
         }
         here = told_more(prepared, options, here);
         (here, seen) = here.measured(prepared, options);
+        (here, seen) = about_another_mode(prepared, options, here, seen);
         // About places that are off by an effect of which more was told, that effect leaves a part of itself.
         let decision = here.weighing.decide(seen.white);
         if here.weighing.found() != known && decision.verdict != Verdict::NoGap {
@@ -296,6 +299,56 @@ fn about_what_was_found<'a>(
     let (next, seen) = by_noise(prepared, options, next, seen);
     point.noise = next.noise();
     (next, seen)
+}
+
+/// All compared about the mode of another set, where that makes the whole comparison the likelier: of the best set without one of its
+/// effects, and of the likeliest of the others. About the best set's places what another says is known to first order alone. Cost: a fit and a
+/// trial for each, a whole comparison where one is likelier.
+fn about_another_mode<'a>(
+    prepared: &'a Prepared,
+    options: &'a Options,
+    here: Look<'a>,
+    seen: Measured,
+) -> (Look<'a>, Measured) {
+    let told = DesignOptions {
+        previous_inputs: Some(&here.design.linearized.inputs),
+        field: here.holds_a_field(),
+        ..DesignOptions::default()
+    };
+    let Some(point) = likeliest_mode(prepared, options, &here, &told) else {
+        return (here, seen);
+    };
+    let next = look(prepared, options, &point, told);
+    log(&compared(&here, &next));
+    // The same set about another one's places is not about its own.
+    let another = next.weighing.found() != here.weighing.found();
+    if another && next.log_evidence() > here.log_evidence() {
+        next.measured(prepared, options)
+    } else {
+        (here, seen)
+    }
+}
+
+/// The mode of another set about which those blocks that count are the likelier; none where they are not about any.
+fn likeliest_mode(
+    prepared: &Prepared,
+    options: &Options,
+    here: &Look,
+    told: &DesignOptions,
+) -> Option<LinearizationPoint> {
+    let around = here.point();
+    let trial = Trial::of(prepared, options, &around, here);
+    let modes = here.weighing.rivals(MODES).into_iter().map(|names| {
+        let point = LinearizationPoint {
+            noise: here.noise(),
+            ..here.fit_of(&names).point
+        };
+        (trial.log_evidence(&point, *told), point)
+    });
+    modes
+        .filter(|(evidence, _)| *evidence > trial.log_evidence_here())
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, point)| point)
 }
 
 /// The same with more told of the effects of the best set, one after the other, where that is preferred ([`Look::is_preferred_to`]). Of one effect that leaves nothing but noise no more is asked.

@@ -121,7 +121,7 @@ impl<'a> Look<'a> {
     }
 
     /// Some effects, fitted about themselves.
-    fn fit_of(&self, names: &[String]) -> RelinearizedFit<'a> {
+    pub(super) fn fit_of(&self, names: &[String]) -> RelinearizedFit<'a> {
         RelinearizedFit::new(&self.design.linearized, self.point(), names)
     }
 

@@ -53,6 +53,16 @@ impl<'s, 'a> Trial<'s, 'a> {
         log_evidence(&self.with(point, told)) > log_evidence(&self.here)
     }
 
+    /// Logarithm of its evidence, unchanged.
+    pub(super) fn log_evidence_here(&self) -> f64 {
+        self.here.log_evidence()
+    }
+
+    /// The same about another point, with more told.
+    pub(super) fn log_evidence(&self, point: &LinearizationPoint, told: DesignOptions) -> f64 {
+        self.with(point, told).log_evidence()
+    }
+
     /// True if it is preferred with more told of the effects.
     pub(super) fn is_preferred(&self, point: &LinearizationPoint, told: DesignOptions) -> bool {
         self.with(point, told).is_preferred_to(&self.here)

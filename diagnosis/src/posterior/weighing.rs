@@ -259,6 +259,27 @@ impl Weighing {
         fewer && own.listed && same_noise && more <= limit(told)
     }
 
+    /// The best set without each of its effects in turn, and the likeliest others by names.
+    pub fn rivals(&self, count: usize) -> Vec<Vec<String>> {
+        let best = self.weighed.first().map_or(&[][..], Weighed::set);
+        let without = |k: usize| [&best[..k], &best[k + 1..]].concat();
+        let parts = (0..best.len()).map(without).filter(|part| !part.is_empty());
+        let mut out: Vec<Vec<usize>> = parts.collect();
+        let others = self.weighed.iter().filter(|w| w.listed).map(|w| w.set());
+        let others = others.filter(|set| !set.is_empty() && *set != best);
+        let more = out.len() + count;
+        for set in others {
+            if out.len() == more {
+                break;
+            }
+            if !out.iter().any(|one| one == set) {
+                out.push(set.to_vec());
+            }
+        }
+        let names = |set: Vec<usize>| set.iter().map(|b| self.names[*b].clone()).collect();
+        out.into_iter().map(names).collect()
+    }
+
     /// True where the likeliest set leaves no more beyond the noise than is worth a name: no form of its effects lacks anything.
     pub fn leaves_nothing(&self) -> bool {
         let least = least_squares(self.reduced.rows);
