@@ -27,7 +27,8 @@ const ROUNDS: usize = 3;
 /// What leaves more than this share of the gap may be wrong, and nothing is moved by it. A derivation: at half, the wrong places
 /// would be as far off as those of the baseline alone.
 const TRUSTED_BELOW: f64 = 0.5;
-/// Other sets about whose mode all is compared, beside the best one's parts. A bound on the work: a fourth is known to first order alone.
+/// Likeliest other sets that are fitted about themselves, beside the best set without each of its effects. A bound on the work: a fourth is
+/// known to first order alone.
 const MODES: usize = 3;
 
 /// The answer.
@@ -301,9 +302,10 @@ fn about_what_was_found<'a>(
     (next, seen)
 }
 
-/// All compared about the mode of another set, where that makes the whole comparison the likelier: of the best set without one of its
-/// effects, and of the likeliest of the others. About the best set's places what another says is known to first order alone. Cost: a fit and a
-/// trial for each, a whole comparison where one is likelier.
+/// All compared about the places that another set leads to when it is fitted about itself, where another set is then the best and the whole
+/// comparison is the likelier; the same as before where that is not so. Asked are the best set without each of its effects, and the likeliest of
+/// the others: about the best set's places what they say is known to first order alone. Cost: a fit and a trial for each, and a whole
+/// comparison where a trial is likelier.
 fn about_another_mode<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
@@ -320,7 +322,7 @@ fn about_another_mode<'a>(
     };
     let next = look(prepared, options, &point, told);
     log(&compared(&here, &next));
-    // The same set about another one's places is not about its own.
+    // Where the best set stays the best, its own places are the better ones to tell it by.
     let another = next.weighing.found() != here.weighing.found();
     if another && next.log_evidence() > here.log_evidence() {
         next.measured(prepared, options)
@@ -329,7 +331,8 @@ fn about_another_mode<'a>(
     }
 }
 
-/// The mode of another set about which those blocks that count are the likelier; none where they are not about any.
+/// The point, among those that other sets lead to when they are fitted about themselves, about which the blocks that count are the likeliest;
+/// none where they are likelier about the best set's.
 fn likeliest_mode(
     prepared: &Prepared,
     options: &Options,

@@ -45,8 +45,9 @@ pub struct Taken {
     pub squares: f64,
 }
 
-/// Fits one effect, with all others taken out of the catalogue, and asks what of the rest the others would take. Causes that are in no catalogue
-/// may be found beside it, as in every comparison. None where nothing was found: then nothing is learned of its form. Cost: a diagnosis, and a fit for each other block.
+/// Fits one effect, with all others taken out of the catalogue, and asks what of the rest the others would take. Causes that are in no
+/// catalogue may be found beside it, as in every comparison. None where nothing was found: then nothing is learned of its form. Cost: a
+/// diagnosis, and a fit for each other block.
 ///
 /// # Errors
 /// [`Insufficient`] where the recording cannot answer.

@@ -53,7 +53,7 @@ impl<'s, 'a> Trial<'s, 'a> {
         log_evidence(&self.with(point, told)) > log_evidence(&self.here)
     }
 
-    /// Logarithm of its evidence, unchanged.
+    /// Logarithm of the evidence about the point that it is about.
     pub(super) fn log_evidence_here(&self) -> f64 {
         self.here.log_evidence()
     }

@@ -259,7 +259,7 @@ impl Weighing {
         fewer && own.listed && same_noise && more <= limit(told)
     }
 
-    /// The best set without each of its effects in turn, and the likeliest others by names.
+    /// Names of the effects of the best set without each of them in turn, then of so many other sets, the likeliest first. None twice.
     pub fn rivals(&self, count: usize) -> Vec<Vec<String>> {
         let best = self.weighed.first().map_or(&[][..], Weighed::set);
         let without = |k: usize| [&best[..k], &best[k + 1..]].concat();
