@@ -61,6 +61,20 @@ impl Arm {
         command.envs(self.environment.iter().map(|(name, value)| (name, value)));
         command
     }
+
+    /// `cargo build` of an example that is a workspace of its own, in the tests' profile and beside them: what both are made with at
+    /// compile time is built once.
+    pub fn example(&self, folder: &str) -> Command {
+        let mut command = self.cargo_in("build", &root().join(folder), &root().join("target"));
+        command.args(["--quiet", "--locked", "--profile", "checked"]);
+        command.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", "rust-lld");
+        command
+    }
+}
+
+/// Where the images of the examples are, once they are built.
+pub fn examples() -> PathBuf {
+    root().join("target").join(TARGET).join("checked")
 }
 
 /// Cargo's setting that shortens the paths in panic messages.

@@ -83,8 +83,8 @@ const TASKS: &[Task] = &[
     ),
     (
         "rp2350",
-        "nightly: the example of one encoder on an RP2350, compiled",
-        Work::Alone(rp2350::check),
+        "nightly: the example of one encoder on an RP2350, compiled for its own core",
+        Work::Alone(rp2350::nightly),
     ),
     (
         "bench",

@@ -1,5 +1,5 @@
 //! `cargo xtask test`: formatting, manifests, names of effects, lints, documentation, every test of the workspace, the library on the target, both images
-//! against their limits, the image as it ships on a model of its chip, the reports in a browser. With names of checks: these alone, one after the other.
+//! against their limits, the image as it ships on a model of its chip, an example for another chip, the reports in a browser. With names of checks: these alone, one after the other.
 //!
 //! All tests run in the profile `checked` (Cargo.toml): optimised, since they simulate for minutes otherwise, and
 //! with the overflow checks and debug assertions of a debug build. The last line is `N passed, N failed`.
@@ -95,6 +95,9 @@ const CHECKS: &[Check] = &[
     }),
     ("chip", Lane::Beside, || {
         checked("the image as it ships on a model of its chip", chip::test)
+    }),
+    ("rp2350", Lane::Beside, || {
+        checked("the example on an RP2350", rp2350::check)
     }),
 ];
 
@@ -286,7 +289,10 @@ pub fn nightly() -> Result<()> {
     let parquet = checked("the command with Parquet", parquet::nightly);
     let ray = checked("the examples on Ray", python::on_ray);
     let mcap = checked("the command with MCAP", mcap::nightly);
-    let rp2350 = checked("the example on an RP2350", rp2350::check);
+    let rp2350 = checked(
+        "the example on an RP2350, for its own core",
+        rp2350::nightly,
+    );
     let checks = [emulated, faults, parquet, ray, mcap, rp2350];
     let failed = failed + checks.iter().map(|check| check.failed).sum::<u64>();
     ensure!(failed == 0, "{failed} failed");

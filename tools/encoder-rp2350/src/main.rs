@@ -1,14 +1,16 @@
-//! One encoder at an RP2350's own converter by embassy: sine at GPIO 26, cosine at GPIO 27. It is compiled, and not run (docs/encoder.md).
+//! One encoder at an RP2350's own converter: sine at GPIO 26, cosine at GPIO 27. It is compiled, and not run (docs/encoder.md).
 #![no_std]
 #![no_main]
 
+mod converter;
+
+use self::converter::Converter;
+
 use courier_signal::encoder::{Encoder, EncoderConfig, Harmonics, Learner};
 use courier_signal::quadrature::PairCorrection;
-use embassy_rp::adc::{Adc, Channel, Config};
-use embassy_rp::gpio::Pull;
 use panic_halt as _;
 
-/// Readings between two looks at what was learned: the converter takes 2 µs for each channel, so some half a second.
+/// Readings between two looks at what was learned: the converter takes 2 µs for each channel and `step` some 5, so about a second.
 const READINGS: u32 = 100_000;
 /// Largest step from the foretold phase at which periods are counted, turns, and the newest step's share in the speed.
 const SLIP_TURNS: f32 = 0.2;
@@ -16,10 +18,7 @@ const SPEED_FILTER: f32 = 0.25;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let chip = embassy_rp::init(embassy_rp::config::Config::default());
-    let mut converter = Adc::new_blocking(chip.ADC, Config::default());
-    let mut sine = Channel::new_pin(chip.PIN_26, Pull::None);
-    let mut cosine = Channel::new_pin(chip.PIN_27, Pull::None);
+    let mut converter = Converter::start([0, 1]);
     let mut pair = PairCorrection::default();
     let none = Harmonics::default();
     let Ok(config) = EncoderConfig::new(&pair, &none, SLIP_TURNS, SPEED_FILTER) else {
@@ -29,16 +28,12 @@ fn main() -> ! {
     let mut learner = Learner::new();
     loop {
         for _ in 0..READINGS {
-            let read = (
-                converter.blocking_read(&mut sine),
-                converter.blocking_read(&mut cosine),
-            );
             // A conversion that failed is no reading.
-            let (Ok(sine), Ok(cosine)) = read else {
+            let Some(read) = converter.read() else {
                 continue;
             };
             // Twelve bits about half the supply.
-            let counts = [sine, cosine].map(|count| count as i16 - 2048);
+            let counts = read.map(|count| count as i16 - 2048);
             learner.enter(&encoder.step(counts));
         }
         // While the shaft is spun: the circle first, and the angle's orders once that is round.
