@@ -3,6 +3,7 @@
 mod common;
 
 use common::Motion;
+use comparison::answer::beside_repeats;
 use comparison::changes::is_change;
 use comparison::difference::Difference;
 use comparison::estimate::Estimate;
@@ -194,4 +195,36 @@ fn calibrations_of_the_papers_courier_by_fewer_poses_are_called_changed_as_often
 #[ignore = "nightly: a minute of processor time"]
 fn calibrations_of_the_papers_courier_by_few_poses_are_called_changed_as_often_as_is_said() {
     of_the_papers_courier(120, 660_917);
+}
+
+/// Three repeats and a fourth calibration of one state: how many of so many fourths are called changed from the first, where the repeats tell
+/// what chance is. Each four are of another courier on another platen.
+fn called_changed_beside_repeats(fours: u64, poses: u32, seed: u64) -> usize {
+    let motion = Motion { poses, ..MOTION };
+    let (mut square, mut changed) = (0.0, 0);
+    for number in 0..fours {
+        let seed = seed + 10 * number;
+        let four = calibrated(motion, another(seed), 4, seed);
+        let (repeats, raised) = beside_repeats(&four, 3).unwrap();
+        let (_, is_changed) = pairs_of_one_state(&[raised[0].clone(), raised[3].clone()]);
+        square += repeats.test.mean_square;
+        changed += is_changed;
+    }
+    let mean = square / fours as f64;
+    println!(
+        "{poses} poses beside repeats: {changed} of {fours} called changed; repeats scatter by a mean square of {mean:.3}"
+    );
+    changed
+}
+
+#[test]
+#[ignore = "nightly: some minutes of processor time"]
+fn calibrations_beside_repeats_are_called_changed_as_often_as_is_said() {
+    is_as_often_as_is_said(called_changed_beside_repeats(1000, 333, 74_000_000));
+}
+
+#[test]
+#[ignore = "nightly: some minutes of processor time"]
+fn calibrations_of_few_poses_beside_repeats_are_called_changed_as_often_as_is_said() {
+    is_as_often_as_is_said(called_changed_beside_repeats(1000, 120, 75_000_000));
 }

@@ -58,8 +58,13 @@ pub fn verdict(pair: &Pair) -> String {
 pub fn repeats(repeats: &Told<Repeats>) -> String {
     match repeats {
         Told::Known(of) => format!(
-            "repeats scatter about their mean ({}): each ± is raised by {}",
+            "repeats scatter about their mean ({}): each ± is {} {}",
             of_test(&of.test),
+            if of.raised < 1.0 {
+                "lowered by"
+            } else {
+                "raised by"
+            },
             figure(of.raised)
         ),
         Told::Unknown(why) => format!("repeats: not told: {why}"),
