@@ -51,8 +51,14 @@ fn tell(pair: &Pair, explain: bool) {
         .right()
         .map(|right| if right { "right" } else { "WRONG" });
     let mut out = format!(
-        "{:3} {truth:?}: rules {rules} {}, posterior {posterior} {}, bound {} {}, {:.1} and {:.1} s",
+        "{:3} {truth:?}, seen with {:.2}{}: rules {rules} {}, posterior {posterior} {}, bound {} {}, {:.1} and {:.1} s",
         pair.rules.case.number,
+        pair.ideal.seen,
+        if pair.ideal.worth_a_name {
+            ""
+        } else {
+            ", not worth a name"
+        },
         words(&pair.rules),
         words(&pair.posterior),
         if pair.can_be_told() { "right" } else { "WRONG" },

@@ -108,7 +108,7 @@ mod tests {
             claim: None,
             without: None,
             hidden: None,
-            can_be_told: None,
+            ideal: None,
         });
         let classes = by_size(&judged);
         let counts: Vec<usize> = classes.iter().map(|class| class.cases).collect();

@@ -1,5 +1,6 @@
 //! A share of the cases, its interval, and what is wanted of it.
 
+use crate::judged::Judged;
 use serde::{Deserialize, Serialize};
 
 /// A share with what was wanted of it.
@@ -17,6 +18,9 @@ pub struct Figure {
     pub wanted: f64,
     /// True if at least that is wanted, false if at most.
     pub at_least: bool,
+    /// Share that an ideal observer has right in the mean ([`crate::ideal()`]), where that was looked at.
+    #[serde(default)]
+    pub ideal: Option<f64>,
 }
 
 impl Figure {
@@ -38,6 +42,18 @@ impl Figure {
             interval: wilson(count, of),
             wanted,
             at_least,
+            ideal: None,
+        }
+    }
+
+    /// The same beside the share of these cases that an ideal observer has right, where that was looked at in each of them.
+    #[must_use]
+    pub fn beside_the_ideal<'a>(self, cases: impl Iterator<Item = &'a Judged>) -> Self {
+        let seen: Option<Vec<f64>> = cases.map(|j| Some(j.ideal?.seen)).collect();
+        let seen = seen.filter(|list| !list.is_empty());
+        Self {
+            ideal: seen.map(|list| list.iter().sum::<f64>() / list.len() as f64),
+            ..self
         }
     }
 

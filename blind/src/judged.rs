@@ -1,6 +1,7 @@
 //! One case, its truth beside its answer.
 
 use crate::claim::Claim;
+use crate::ideal::Ideal;
 use crate::stated::Stated;
 use crate::verdicts::coordinates;
 use diagnosis::selection::limits::VISIBLE_GAP_RATIO;
@@ -31,10 +32,9 @@ pub struct Judged {
     pub without: Option<Vec<String>>,
     /// Of two effects, those that leave no gap by themselves: the baseline takes them, and nobody can tell them.
     pub hidden: Option<Vec<String>>,
-    /// Whether a diagnosis is right that is told which effects act, where that was looked at: what it gets wrong is no matter of telling these
-    /// from others.
+    /// What the recording shows of the effects, where that was looked at.
     #[serde(default)]
-    pub can_be_told: Option<bool>,
+    pub ideal: Option<Ideal>,
 }
 
 impl Judged {
@@ -64,7 +64,7 @@ impl Judged {
             claim,
             without,
             hidden: None,
-            can_be_told: None,
+            ideal: None,
         }
     }
 
@@ -136,6 +136,12 @@ impl Judged {
     pub fn wrong_culprit(&self) -> bool {
         let truth = self.truth();
         self.told().iter().any(|n| !truth.contains(n))
+    }
+
+    /// Whether each of its effects does as much on the recording as is worth a name, where that was looked at.
+    #[must_use]
+    pub fn is_worth_a_name(&self) -> bool {
+        self.ideal.is_some_and(|ideal| ideal.worth_a_name)
     }
 
     /// A gap was seen.

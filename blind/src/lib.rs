@@ -7,6 +7,7 @@
 mod claim;
 mod detection;
 mod figure;
+mod ideal;
 mod judged;
 mod page;
 pub mod paired;
@@ -20,6 +21,7 @@ mod words;
 pub use claim::{CLAIM_WITHIN, Claim};
 pub use detection::Detection;
 pub use figure::Figure;
+pub use ideal::{Ideal, ideal};
 pub use judged::Judged;
 pub use page::page;
 pub use reliability::{Outcome, Reliability, Tenth};
@@ -212,8 +214,8 @@ pub fn diagnose(within: &Path, tick: impl Fn() + Sync) -> Result<usize> {
 }
 
 /// Third step: opens the seal and scores. `thorough` also diagnoses each single effect's recording with that effect taken out
-/// of the catalogue, the same courier with its effects known exactly for the best possible gap, with each of two effects alone, and what
-/// was not told rightly with all effects taken out of the catalogue but those that act.
+/// of the catalogue, the same courier with its effects known exactly for the best possible gap, and with each of two effects alone; and it
+/// tells what an ideal observer sees of each recording.
 ///
 /// # Errors
 /// The seal is broken, or a step before is missing.
@@ -271,18 +273,8 @@ fn judge(within: &Path, case: &Case, thorough: bool) -> Result<Judged> {
     };
     let mut judged = Judged::new(case, &answer, claim, without);
     judged.hidden = (thorough && case.kind == Kind::Pair).then(|| hidden(case));
-    let listed = matches!(case.kind, Kind::Single | Kind::Pair | Kind::Triple);
-    if thorough && listed {
-        judged.can_be_told =
-            Some(judged.right() || told(case, &Recording::read(of("recordings"))?));
-    }
+    judged.ideal = thorough.then(|| ideal(case));
     Ok(judged)
-}
-
-/// Whether a diagnosis of a case is right that is told which effects act, all others taken out of the catalogue.
-fn told(case: &Case, recording: &Recording) -> bool {
-    let answer = diagnose_recording(recording, "told", &those_that_act(case));
-    Judged::new(case, &answer, None, None).right()
 }
 
 /// All effects withheld but those that act.

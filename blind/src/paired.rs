@@ -1,6 +1,7 @@
 //! The same couriers answered by the rules of `selection` and by the posterior: which of them either alone has right.
 
 use crate::claim::Claim;
+use crate::ideal::{Ideal, ideal};
 use crate::judged::Judged;
 use crate::those_that_act;
 use diagnosis::posterior::diagnosed::Answer;
@@ -21,6 +22,8 @@ pub struct Pair {
     pub posterior: Judged,
     /// By a posterior that is told which effects act: what it gets wrong is no matter of telling them from others.
     pub bound: Judged,
+    /// What an ideal observer sees.
+    pub ideal: Ideal,
     /// The posterior's answer; none where the recording cannot answer.
     pub answer: Option<Answer>,
     /// Time that both took, s: the rules, the posterior.
@@ -87,6 +90,7 @@ pub fn paired(
         };
         let pair = Pair {
             took_s,
+            ideal: ideal(case),
             bound: judged(&told, false),
             rules: judged(&rules, true),
             posterior: judged(&posterior, true),
@@ -99,7 +103,7 @@ pub fn paired(
 }
 
 /// Cases of a kind: all, right by both, by the rules alone, by the posterior alone, by neither.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counts {
     /// All.
     pub cases: usize,
@@ -109,6 +113,10 @@ pub struct Counts {
     pub rules_only: usize,
     /// Right by the posterior alone.
     pub posterior_only: usize,
+    /// Cases that an ideal observer has right in the mean.
+    pub ideal: f64,
+    /// Of the cases each effect of which is worth a name those right by the rules, those right by the posterior, and all.
+    pub worth_a_name: [usize; 3],
     /// With something named that is not there: by the rules, and by the posterior.
     pub wrong_names: [usize; 2],
     /// Claims that the second recording confirms, and all claims: by the rules, and by the posterior.
@@ -121,6 +129,13 @@ impl Counts {
         let mut out = Self::default();
         for pair in pairs {
             out.cases += 1;
+            out.ideal += pair.ideal.seen;
+            if pair.ideal.worth_a_name {
+                let right = pair.right().map(usize::from);
+                out.worth_a_name[0] += right[0];
+                out.worth_a_name[1] += right[1];
+                out.worth_a_name[2] += 1;
+            }
             match pair.right() {
                 [true, true] => out.both += 1,
                 [true, false] => out.rules_only += 1,
@@ -146,6 +161,8 @@ impl fmt::Display for Counts {
             both,
             rules_only,
             posterior_only,
+            ideal,
+            worth_a_name: [rules_of_them, of_them, worth],
             wrong_names: [rules, posterior],
             confirmed: [[rules_hold, rules_claim], [hold, claim]],
         } = self;
@@ -153,7 +170,7 @@ impl fmt::Display for Counts {
         write!(
             f,
             "{cases} cases: right by both {both}, by the rules alone {rules_only}, by the posterior alone {posterior_only}, by neither \
-             {neither}; wrong names by the rules {rules}, by the posterior {posterior}; claims confirmed {rules_hold} of {rules_claim} and \
+             {neither}, by an ideal observer {ideal:.1}; of {worth} with effects worth a name {rules_of_them} and {of_them} right; wrong names by the rules {rules}, by the posterior {posterior}; claims confirmed {rules_hold} of {rules_claim} and \
              {hold} of {claim}"
         )
     }

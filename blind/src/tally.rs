@@ -65,8 +65,11 @@ impl Score {
     }
 }
 
-/// Of what can be told, this share is to be right: it was asked to come within 3 % of the bound.
-const WITHIN_BOUND: f64 = 0.97;
+// Shares of right answers that were asked for where every effect is worth a name: one effect, two, three, one of no catalogue.
+const ONE: f64 = 0.96;
+const TWO: f64 = 0.88;
+const THREE: f64 = 0.70;
+const UNLISTED: f64 = 0.92;
 
 /// What was asked for, as it came out.
 fn figures(judged: &[Judged]) -> Vec<Figure> {
@@ -98,13 +101,15 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
             of(Kind::Single).map(Judged::right),
             0.95,
             true,
-        ),
+        )
+        .beside_the_ideal(of(Kind::Single)),
         Figure::new(
             "two effects: both named and nothing else",
             of(Kind::Pair).map(Judged::right),
             0.85,
             true,
-        ),
+        )
+        .beside_the_ideal(of(Kind::Pair)),
         Figure::new(
             "no effect: a false alarm",
             of(Kind::None).map(Judged::is_false_alarm),
@@ -116,7 +121,8 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
             of(Kind::Unlisted).map(Judged::right),
             0.90,
             true,
-        ),
+        )
+        .beside_the_ideal(of(Kind::Unlisted)),
         Figure::new(
             "of what is rightly unknown: rightly located",
             located.map(Judged::right),
@@ -179,40 +185,45 @@ fn figures(judged: &[Judged]) -> Vec<Figure> {
             false,
         ),
     ];
-    // What a diagnosis that is told which effects act gets wrong does not show on the recording, or not to it.
-    let looked_at = judged.iter().any(|j| j.can_be_told.is_some());
-    let kinds = [
-        (Kind::Single, "one effect that can be told: right"),
-        (Kind::Pair, "two effects that can be told: right"),
-        (Kind::Triple, "three effects that can be told: right"),
-    ];
-    for (kind, name) in kinds.into_iter().filter(|_| looked_at) {
-        let can_be_told = of(kind).filter(|j| j.can_be_told == Some(true));
-        if of(kind).next().is_some() {
-            figures.push(Figure::new(
-                name,
-                can_be_told.map(Judged::right),
-                WITHIN_BOUND,
-                true,
-            ));
-        }
-    }
+    figures.extend(worth_a_name(judged));
     // Drawn under drawn conditions alone.
     if of(Kind::Triple).next().is_some() {
-        figures.push(Figure::new(
+        let three = Figure::new(
             "three effects: all named and nothing else",
             of(Kind::Triple).map(Judged::right),
             0.70,
             true,
-        ));
+        );
+        figures.push(three.beside_the_ideal(of(Kind::Triple)));
     }
     figures
+}
+
+/// Right answers of those cases alone of which every effect does as much as is worth a name, where that was looked at.
+fn worth_a_name(judged: &[Judged]) -> Vec<Figure> {
+    let kinds = [
+        (Kind::Single, "one effect worth a name: right", ONE),
+        (Kind::Pair, "two effects worth a name: right", TWO),
+        (Kind::Triple, "three effects worth a name: right", THREE),
+        (
+            Kind::Unlisted,
+            "an unlisted effect worth a name: unknown, rightly located",
+            UNLISTED,
+        ),
+    ];
+    let figure = |(kind, name, wanted): (Kind, &str, f64)| {
+        let of_it = |j: &&Judged| j.case.kind == kind && j.ideal.is_some();
+        let worth = judged.iter().filter(of_it).filter(|j| j.is_worth_a_name());
+        let any = judged.iter().any(|j| of_it(&j));
+        any.then(|| Figure::new(name, worth.map(Judged::right), wanted, true))
+    };
+    kinds.into_iter().filter_map(figure).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Case, Conditions, Drawn};
+    use crate::{Case, Conditions, Drawn, Ideal};
     use diagnosis::verdict::answer::Diagnosis;
 
     /// A claim that came, and one of a pair that wanders, which did not.
@@ -242,7 +253,7 @@ mod tests {
                 }),
                 without: None,
                 hidden: None,
-                can_be_told: None,
+                ideal: None,
             });
         let figures = figures(&judged);
         let of = |name: &str| {
@@ -253,9 +264,9 @@ mod tests {
         assert_eq!(of("no pair is named that wanders"), Some((1, 1)));
     }
 
-    /// One that is right, one that nobody can tell, and one that can be told and was not.
+    /// One that is right, one whose effect is not worth a name, and one that is worth a name and was not told.
     #[test]
-    fn what_nobody_can_tell_is_left_out_of_the_share() {
+    fn what_is_not_worth_a_name_is_left_out_of_the_share() {
         let case = |number| Case {
             number,
             seed: 0,
@@ -266,19 +277,29 @@ mod tests {
             }],
             conditions: Conditions::Usual,
         };
-        let judged = [(true, true), (false, false), (false, true)];
+        let judged = [(true, 1.0), (false, 0.2), (false, 0.9)];
         let judged: Vec<Judged> = judged
             .into_iter()
             .enumerate()
-            .map(|(number, (right, can_be_told))| {
+            .map(|(number, (right, seen))| {
                 let mut one = Judged::new(&case(number), &Diagnosis::default(), None, None);
                 one.named = right.then(|| "velocity_lag".into()).into_iter().collect();
-                one.can_be_told = Some(can_be_told);
+                one.ideal = Some(Ideal {
+                    seen,
+                    worth_a_name: seen > 0.5,
+                });
                 one
             })
             .collect();
         let figures = figures(&judged);
-        let figure = figures.iter().find(|f| f.name.contains("can be told"));
-        assert_eq!(figure.map(|f| (f.count, f.of)), Some((1, 2)));
+        let of = |name: &str| figures.iter().find(|f| f.name.contains(name)).unwrap();
+        let worth = of("worth a name");
+        assert_eq!((worth.count, worth.of), (1, 2));
+        let all = of("first named cause right");
+        assert_eq!((all.count, all.of), (1, 3));
+        assert!((all.ideal.unwrap() - 0.7).abs() < 1e-12);
+        // Not looked at is not told.
+        let usual = Judged::new(&case(0), &Diagnosis::default(), None, None);
+        assert!(super::figures(&[usual]).iter().all(|f| f.ideal.is_none()));
     }
 }

@@ -146,6 +146,7 @@ pub fn figures(score: &Score) -> Words {
         "measured",
         "95 % interval",
         "cases",
+        "ideal observer",
         "wanted",
         "result",
     ];
@@ -174,6 +175,7 @@ fn of_reliability(of: &Reliability) -> [Vec<String>; 2] {
         worst.map_or("0 of 0".into(), |tenth| {
             format!("{} of {}", tenth.right, tenth.named)
         }),
+        String::new(),
         format!("≤ {:.3}", of.wanted),
         result.into(),
     ];
@@ -182,6 +184,7 @@ fn of_reliability(of: &Reliability) -> [Vec<String>; 2] {
         format!("{:.3}; {:.3}", of.log_score, of.base_log_score),
         String::new(),
         all,
+        String::new(),
         String::new(),
         String::new(),
     ];
@@ -222,6 +225,7 @@ fn row(figure: &Figure) -> Vec<String> {
         figure.share().map_or("none".into(), percent),
         format!("{:.0} to {:.0} %", 100.0 * low, 100.0 * high),
         format!("{} of {}", figure.count, figure.of),
+        figure.ideal.map_or(String::new(), percent),
         format!(
             "{} {}",
             if figure.at_least { "≥" } else { "≤" },

@@ -125,12 +125,40 @@ impl Case {
         self.record(0, |name| name == effect)
     }
 
+    /// The first recording, and the same without one of its effects, which an observer compares who knows all others. `noise` 0 is the
+    /// first recording's noise; any other gives both of them other draws.
+    #[must_use]
+    pub fn with_and_without(&self, effect: &str, noise: u64) -> [Recording; 2] {
+        [
+            self.record_by(0, noise, |_| true),
+            self.record_by(0, noise, |name| name != effect),
+        ]
+    }
+
+    /// Share of the cases that are drawn under its conditions in which one given effect of the catalogue acts; for an effect that is in no
+    /// catalogue, one given effect of those.
+    #[must_use]
+    pub fn share_that_acts(&self) -> f64 {
+        let [none, single, pair, triple] = kinds_until(self.conditions);
+        let catalogued = (single - none) + 2.0 * (pair - single) + 3.0 * (triple - pair);
+        if self.kind == Kind::Unlisted {
+            (1.0 - triple) / UNLISTED.len() as f64
+        } else {
+            catalogued / CATALOGUE.len() as f64
+        }
+    }
+
     /// Records the courier with those of its effects that are kept. `take` 0 and 1 differ in poses, noise and place errors, and
     /// in nothing else.
+    fn record(&self, take: u64, keep: impl Fn(&str) -> bool) -> Recording {
+        self.record_by(take, 0, keep)
+    }
+
+    /// The same with other draws of noise for each `noise` but 0.
     ///
     /// # Panics
     /// Never: the preset's waveforms have an inverse, and names are the catalogues'.
-    fn record(&self, take: u64, keep: impl Fn(&str) -> bool) -> Recording {
+    fn record_by(&self, take: u64, noise: u64, keep: impl Fn(&str) -> bool) -> Recording {
         let mut spec = self.courier();
         let layout = self.layout();
         // The mirror that creeps is seen against the reference only.
@@ -162,8 +190,8 @@ impl Case {
                 spec.effects.push(effect);
             }
         }
-        let mut courier = Courier::new(spec, self.seed ^ (0x0150_0000 + take))
-            .unwrap_or_else(|error| panic!("{error}"));
+        let own_noise = self.seed ^ (0x0150_0000 + take) ^ (noise << 32);
+        let mut courier = Courier::new(spec, own_noise).unwrap_or_else(|error| panic!("{error}"));
         let whole = hal_sim::record::record(&mut courier, &plan, reference);
         match layout {
             None => whole,
@@ -195,12 +223,17 @@ impl Case {
     }
 }
 
-/// What is wrong, by a number from 0 to 1.
-fn kind(number: f64, conditions: Conditions) -> Kind {
-    let until = match conditions {
+/// Numbers from 0 to 1 below which nothing, one effect, two and three effects act; above the last it is one of no catalogue.
+fn kinds_until(conditions: Conditions) -> [f64; 4] {
+    match conditions {
         Conditions::Usual => [0.15, 0.60, 0.80, 0.80],
         Conditions::Drawn => [0.15, 0.55, 0.75, 0.83],
-    };
+    }
+}
+
+/// What is wrong, by a number from 0 to 1.
+fn kind(number: f64, conditions: Conditions) -> Kind {
+    let until = kinds_until(conditions);
     let kinds = [Kind::None, Kind::Single, Kind::Pair, Kind::Triple];
     let found = kinds.into_iter().zip(until).find(|(_, end)| number < *end);
     found.map_or(Kind::Unlisted, |(kind, _)| kind)

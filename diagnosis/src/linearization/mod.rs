@@ -7,5 +7,6 @@ pub(crate) mod paths;
 pub mod point;
 pub mod recording;
 pub mod relinearized;
+pub mod separation;
 pub mod stop_operator;
 pub mod unknown_angle;

@@ -74,7 +74,7 @@ struct Told {
     /// Write the scores with plots to this file.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Leave out what needs further diagnoses: effects taken out of the catalogue, the best possible gap, what can be told.
+    /// Leave out what needs further diagnoses: effects taken out of the catalogue, the best possible gap, what an ideal observer sees.
     #[arg(long)]
     quick: bool,
 }
