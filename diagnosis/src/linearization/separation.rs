@@ -91,3 +91,51 @@ fn linearized(observations: &Observations) -> LinearizedRecording<'_> {
     let baseline = calibrate(observations, &all);
     LinearizedRecording::new(observations, baseline, all)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use recording::Samples;
+    use specimens::{Case, Conditions, Kind};
+
+    /// A short recording with something done to the counts of segment 1's cosine, which no count of teeth rests on.
+    fn changed(of: &Recording, by: impl Fn(f64, f64) -> f64) -> Recording {
+        let mut samples = Samples::default();
+        for i in 0..of.samples.len() {
+            let mut row = of.samples.row(i);
+            if let Some([sine, cosine]) = row.quadrature_counts[0] {
+                row.quadrature_counts[0] = Some([sine, by(sine, cosine)]);
+            }
+            samples.push(&row);
+        }
+        Recording {
+            samples,
+            ..of.clone()
+        }
+    }
+
+    /// An offset of the cosine is an error of order 1 of equation (3), which a calibration takes; a product of sine and cosine is one of order 3
+    /// as well, which it does not.
+    #[test]
+    fn what_a_calibration_takes_is_no_part_of_it() {
+        let case = Case {
+            number: 0,
+            seed: 52,
+            kind: Kind::None,
+            effects: Vec::new(),
+            conditions: Conditions::Drawn,
+        };
+        let recording = case.recorded(0);
+        let offset = changed(&recording, |_, cosine| cosine + 200.0);
+        let product = changed(&recording, |sine, cosine| {
+            sine + 200.0 * sine * cosine / 4.0e8
+        });
+        let squares = |other: &Recording| {
+            let each = separation([other, &recording], [other, &recording]).unwrap();
+            each.iter().map(|channel| channel.squares).sum::<f64>()
+        };
+        let (taken, stays) = (squares(&offset), squares(&product));
+        assert_eq!(squares(&recording), 0.0);
+        assert!(stays > 1.0e3 && taken < 0.01 * stays, "{taken} {stays}");
+    }
+}
