@@ -4,6 +4,9 @@
 //! It knows the courier's calibration up to what equations (3), (10) and (11) can take, every other effect of the case exactly, the figure
 //! that the effect in question would make exactly, and how often such an effect is drawn. It decides one thing by the recording: whether
 //! the effect acts. A diagnosis has to find the figure as well, so it is right less often than that.
+//!
+//! Missing codes are the exception: what they do follows the noise, and of that only what two draws of noise have in common is counted. The
+//! observer's share is too low there.
 
 use diagnosis::linearization::separation::{Separation, separation};
 use diagnosis::posterior::least_size::least_squares;

@@ -96,6 +96,7 @@ pub(crate) fn decided<T>(
         prepared.use_only(mask);
         (first, seen) = first_look(&prepared, options);
     }
+    (first, seen) = by_quieter_noise(&prepared, options, first, seen);
     (first, seen) = by_noise(&prepared, options, first, seen);
     let (here, seen, rounds) = settled(&prepared, options, first, seen);
     let sets = if explain {
@@ -133,6 +134,36 @@ fn first_look<'a>(prepared: &'a Prepared, options: &'a Options) -> (Look<'a>, Me
         None => usual,
     };
     Look::of(first).measured(prepared, options)
+}
+
+/// The same by noise below the stated one, where less is left than the stated noise would leave, and where that is likelier: what a cause does beneath noise that is stated too loud is hidden by it.
+fn by_quieter_noise<'a>(
+    prepared: &'a Prepared,
+    options: &'a Options,
+    here: Look<'a>,
+    seen: Measured,
+) -> (Look<'a>, Measured) {
+    let Some(quieter) = seen.quieter else {
+        return (here, seen);
+    };
+    let point = LinearizationPoint {
+        noise: Some(quieter),
+        ..here.point()
+    };
+    let told = DesignOptions {
+        previous_inputs: Some(&here.design.linearized.inputs),
+        ..DesignOptions::default()
+    };
+    let by_it = look(prepared, options, &point, told);
+    log(&format!(
+        "by quieter noise {quieter:.3?}: {}",
+        compared(&here, &by_it)
+    ));
+    if by_it.log_evidence() > here.log_evidence() {
+        by_it.measured(prepared, options)
+    } else {
+        (here, seen)
+    }
 }
 
 /// The same by another noise of each reading, where that makes the whole comparison likelier: as it is measured of what the best set
@@ -221,7 +252,7 @@ fn settled<'a>(
         let by_noise_alone = decision.verdict == Verdict::Named && known.is_empty();
         let told = by_noise_alone || here.codes_explain_it(&seen).is_some();
         // Lines are looked for in what a fit leaves, and may be what was taken for noise before.
-        let before_lines = count == 1 && here.noise().is_some();
+        let before_lines = count == 1 && here.is_louder();
         if decision.verdict == Verdict::NoGap && !before_lines || told {
             break;
         }
@@ -415,7 +446,7 @@ fn answer(
     let told = told.filter(|n| !(seen.small_bursts && is_noise(n)));
     let mut named: Vec<Effect> = told.map(|n| weighing.effect(n)).collect();
     let directly = [
-        (Detection::AsNoise, here.noise().is_some()),
+        (Detection::AsNoise, here.is_louder()),
         (Detection::AsSlips, !prepared.slips.is_empty()),
         (Detection::AsBursts, seen.bursts),
     ];

@@ -78,9 +78,15 @@ impl<'a> Look<'a> {
         }
     }
 
-    /// Noise of each reading over the stated one, where it was found to be above.
+    /// Noise of each reading over the stated one, where it was found to be another.
     pub(super) fn noise(&self) -> Option<[f64; READINGS]> {
         self.design.measured_noise()
+    }
+
+    /// True where the noise was found to be above the stated one.
+    pub(super) fn is_louder(&self) -> bool {
+        self.noise()
+            .is_some_and(|noise| noise.iter().any(|n| *n > 1.0))
     }
 
     /// Logarithm of the evidence of the whole comparison, of the residuals in metres: designs of other noise are whitened in another way.

@@ -18,6 +18,11 @@ const QUIETER: f64 = 2.0;
 /// from the cut: a sum that begins between two points is off by half a step, 3 % of a deviation.
 const POINTS: f64 = 16.0;
 
+/// Rms of noise over the stated one, as quiet as stated noise may be.
+pub(crate) fn quietest_rms() -> f64 {
+    (-0.5 * QUIETER * STATED_TO).exp()
+}
+
 /// What a set leaves, and how its density goes with the noise.
 #[derive(Clone, Copy, Debug)]
 pub struct Left {

@@ -103,6 +103,36 @@ fn a_real_diode_whose_noise_is_stated_too_loud_is_named() {
     assert!(effects.any(|effect| effect.name == "psd_nonlinearity"));
 }
 
+/// A small delay is hidden by noise that is stated a quarter too loud, and is named by the noise that the readings allow. A courier without
+/// it shows no gap by that noise either. What is told of it stays over the stated noise.
+#[test]
+fn noise_that_is_stated_too_loud_hides_nothing() {
+    let stated_too_loud = |effects: &[(&str, f64)]| {
+        let options = rig::Options {
+            samples: 1500,
+            ..one_segment()
+        };
+        let mut recording = rig::record(76, effects, &options).0;
+        let noise = &mut recording.meta.electronics.quadrature_noise_counts;
+        *noise = noise.map(|counts| 1.25 * counts);
+        recording
+    };
+    let slow = stated_too_loud(&[("velocity_lag", 5.0e-8)]);
+    let (answer, _) = diagnose_by_posterior(&slow, "slow", &Options::default(), false);
+    let named: Vec<&str> = answer
+        .diagnosis
+        .effects
+        .iter()
+        .map(|e| e.name.as_str())
+        .collect();
+    assert_eq!(named, ["velocity_lag"]);
+    let held_out = &answer.diagnosis.held_out;
+    assert!(held_out.whitened_before < 1.0 && held_out.whitened_after < held_out.whitened_before);
+    let (answer, _) =
+        diagnose_by_posterior(&stated_too_loud(&[]), "none", &Options::default(), false);
+    assert_eq!(answer.diagnosis.verdict, Verdict::NoGap);
+}
+
 /// A delay beside harmonics is nothing that these lack: the delay's own columns take what they leave.
 #[test]
 fn what_a_form_leaves_is_taken_by_what_acts_beside_it() {
