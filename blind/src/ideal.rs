@@ -66,7 +66,7 @@ fn of_one(case: &Case, effect: &Drawn) -> Ideal {
     let acts = case.share_that_acts();
     Ideal {
         seen: ratio.exceeds(((1.0 - acts) / acts).ln()),
-        worth_a_name: rows > 0 && squares >= least_squares(rows as f64),
+        worth_a_name: squares > least_squares(rows as f64),
     }
 }
 

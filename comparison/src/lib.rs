@@ -2,7 +2,7 @@
 //! several of them go with time; and what a calibrated position or angle is worth, as an uncertainty budget.
 //!
 //! `estimate` (values and covariance of one calibration; `record` makes it of what a board stores, by `design`, which knows the `rows`, of `visited` poses or as `expected` by the `phases` that were passed, or, under a beacon, `joint`) -> `difference` ->
-//! `significance` (all together), `changes` (term by term), `largest` (over the `workspace`), `trend` (over several); `budget` is of
+//! `significance` (all together), `changes` (term by term), `largest` (over the `workspace`), `trend` (over several), each ± by how `repeats` scatter; `budget` is of
 //! one estimate. `answer` puts together what is asked. `distribution` has the quantiles. Values in, values out: no file, no clock.
 
 pub mod answer;
@@ -19,6 +19,7 @@ pub mod largest;
 mod lateral;
 mod phases;
 pub mod record;
+pub mod repeats;
 mod rows;
 pub mod significance;
 pub mod trend;

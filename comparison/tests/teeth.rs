@@ -3,11 +3,11 @@
 mod common;
 
 use common::Motion;
-use comparison::answer::beside_repeats;
 use comparison::changes::is_change;
 use comparison::difference::Difference;
 use comparison::estimate::Estimate;
 use comparison::record::estimate;
+use comparison::repeats::beside_repeats;
 use comparison::significance::Root;
 use courier_sensor::calibration::Plan;
 use effects::motion::Pose;

@@ -1,5 +1,6 @@
 //! `cargo xtask test`: formatting, manifests, names of effects, lints, documentation, every test of the workspace, the library on the target, both images
-//! against their limits, the image as it ships on a model of its chip, an example for another chip, the reports in a browser. With names of checks: these alone, one after the other.
+//! against their limits, the image as it ships on a model of its chip, an example for another chip, the reports in a browser.
+//! With names of checks: these alone, one after the other.
 //!
 //! All tests run in the profile `checked` (Cargo.toml): optimised, since they simulate for minutes otherwise, and
 //! with the overflow checks and debug assertions of a debug build. The last line is `N passed, N failed`.

@@ -95,11 +95,24 @@ fn linearized(observations: &Observations) -> LinearizedRecording<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use effects::random::{ChaCha8Rng, SeedableRng, normal};
     use recording::Samples;
     use specimens::{Case, Conditions, Kind};
 
-    /// A short recording with something done to the counts of segment 1's cosine, which no count of teeth rests on.
-    fn changed(of: &Recording, by: impl Fn(f64, f64) -> f64) -> Recording {
+    /// A courier without an effect, by a short recording.
+    fn recorded() -> Recording {
+        let case = Case {
+            number: 0,
+            seed: 52,
+            kind: Kind::None,
+            effects: Vec::new(),
+            conditions: Conditions::Drawn,
+        };
+        case.recorded(0)
+    }
+
+    /// The same with something done to the counts of segment 1's cosine, which no count of teeth rests on.
+    fn changed(of: &Recording, mut by: impl FnMut(f64, f64) -> f64) -> Recording {
         let mut samples = Samples::default();
         for i in 0..of.samples.len() {
             let mut row = of.samples.row(i);
@@ -118,14 +131,7 @@ mod tests {
     /// as well, which it does not.
     #[test]
     fn what_a_calibration_takes_is_no_part_of_it() {
-        let case = Case {
-            number: 0,
-            seed: 52,
-            kind: Kind::None,
-            effects: Vec::new(),
-            conditions: Conditions::Drawn,
-        };
-        let recording = case.recorded(0);
+        let recording = recorded();
         let offset = changed(&recording, |_, cosine| cosine + 200.0);
         let product = changed(&recording, |sine, cosine| {
             sine + 200.0 * sine * cosine / 4.0e8
@@ -137,5 +143,21 @@ mod tests {
         let (taken, stays) = (squares(&offset), squares(&product));
         assert_eq!(squares(&recording), 0.0);
         assert!(stays > 1.0e3 && taken < 0.01 * stays, "{taken} {stays}");
+    }
+    /// Counts that are one too high or too low by chance are a difference, of which two draws of that chance have nothing in common.
+    #[test]
+    fn what_two_draws_do_not_share_is_no_separation() {
+        let recording = recorded();
+        let drawn = |seed: u64| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            changed(&recording, |_, cosine| cosine + normal(&mut rng).signum())
+        };
+        let [first, again] = [1, 2].map(drawn);
+        let squares = |again: &Recording| {
+            let each = separation([&first, &recording], [again, &recording]).unwrap();
+            each.iter().map(|channel| channel.squares).sum::<f64>()
+        };
+        let (same, shared) = (squares(&first), squares(&again));
+        assert!(shared.abs() < 0.1 * same, "{shared} {same}");
     }
 }

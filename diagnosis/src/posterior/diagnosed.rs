@@ -5,6 +5,7 @@ use super::explained::Row;
 use super::field::{by_field, lies_over_the_platen};
 use super::fuller::{self, Fuller};
 use super::look::{Look, compared, design, likelier, look};
+use super::quieter_noise::quieter_noise;
 use super::trial::{Trial, has_knots};
 use super::unlogged::with_unlogged_causes;
 use super::weighing::Effect;
@@ -143,18 +144,15 @@ fn by_quieter_noise<'a>(
     here: Look<'a>,
     seen: Measured,
 ) -> (Look<'a>, Measured) {
-    let Some(quieter) = seen.quieter else {
+    let left = here.fitted.as_ref().map(RelinearizedFit::residuals);
+    let Some(quieter) = left.and_then(|left| quieter_noise(&here.design, left)) else {
         return (here, seen);
     };
     let point = LinearizationPoint {
         noise: Some(quieter),
         ..here.point()
     };
-    let told = DesignOptions {
-        previous_inputs: Some(&here.design.linearized.inputs),
-        ..DesignOptions::default()
-    };
-    let by_it = look(prepared, options, &point, told);
+    let by_it = look(prepared, options, &point, here.told());
     log(&format!(
         "by quieter noise {quieter:.3?}: {}",
         compared(&here, &by_it)
@@ -201,11 +199,7 @@ fn by_noise<'a>(
         (beneath_nothing, here.design) = noise_beneath_nothing(prepared, options, here.design);
         points.extend(beneath_nothing.map(|noise| by(&prepared.point(), noise)));
     }
-    let told = DesignOptions {
-        previous_inputs: Some(&here.design.linearized.inputs),
-        field: here.holds_a_field(),
-        ..DesignOptions::default()
-    };
+    let told = here.told();
     if !points.is_empty() {
         let trial = Trial::of(prepared, options, &around, &here);
         points.retain(|(point, _)| trial.is_likelier(point, told, Look::log_evidence_of_forms));
@@ -322,9 +316,7 @@ fn about_what_was_found<'a>(
     let again = DesignOptions {
         line_residuals: Some(&next.residuals),
         search_deflection_waves: decision.verdict == Verdict::Unknown,
-        previous_inputs: Some(&here.design.linearized.inputs),
-        field: here.holds_a_field(),
-        ..DesignOptions::default()
+        ..here.told()
     };
     let next = look(prepared, options, point, again);
     let (next, seen) = next.measured(prepared, options);
@@ -343,11 +335,7 @@ fn about_another_mode<'a>(
     here: Look<'a>,
     seen: Measured,
 ) -> (Look<'a>, Measured) {
-    let told = DesignOptions {
-        previous_inputs: Some(&here.design.linearized.inputs),
-        field: here.holds_a_field(),
-        ..DesignOptions::default()
-    };
+    let told = here.told();
     let Some(point) = likeliest_mode(prepared, options, &here, &told) else {
         return (here, seen);
     };

@@ -156,6 +156,15 @@ impl<'a> Look<'a> {
         best
     }
 
+    /// What is told of the effects in another comparison like this one.
+    pub(super) fn told(&self) -> DesignOptions<'_> {
+        DesignOptions {
+            previous_inputs: Some(&self.design.linearized.inputs),
+            field: self.holds_a_field(),
+            ..DesignOptions::default()
+        }
+    }
+
     /// True where the best set holds a field over the platen.
     pub(super) fn holds_a_field(&self) -> bool {
         let is_field = |name: &String| effects::is(name, Detection::AsField);

@@ -5,7 +5,7 @@
 //! - [`problem`]: what is asked. [`reduced`]: normal equations without the baseline, [`own_axes`]: with each block in its own axes. [`prior`]:
 //!   what is supposed of an effect. [`eliminated`]: a set's equations solved, [`beside`]: what is left of others.
 //! - [`scale`]: the integral over a size that is known by its order of magnitude, [`size_likelihood`]: what is integrated. [`evidence`]: the probability of the data under a set.
-//!   [`noise_scale`]: the integral over the noise. [`discrepancy`]: what the effects' forms lack. [`least_size`]: what makes an effect worth a name. [`nameless`]: shapes that no effect
+//!   [`noise_scale`]: the integral over the noise, `quieter_noise`: how loud it is at most where it is stated too loud. [`discrepancy`]: what the effects' forms lack. [`least_size`]: what makes an effect worth a name. [`nameless`]: shapes that no effect
 //!   owns.
 //! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
 //! - [`alias`]: sets that predict the same. [`hypotheses`]: what sets say of a gap. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
@@ -33,6 +33,7 @@ pub mod noise_scale;
 pub mod own_axes;
 pub mod prior;
 pub mod problem;
+mod quieter_noise;
 pub mod reduced;
 pub mod scale;
 pub mod sets;

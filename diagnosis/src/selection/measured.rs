@@ -8,7 +8,6 @@ use crate::design::assembly::{Design, Options};
 use crate::inference::residuals::Residuals;
 use crate::linearization::relinearized::RelinearizedFit;
 use crate::noise::simulated::Floor;
-use crate::posterior::noise_scale::quietest_rms;
 use crate::selection::limits::{NOISY_RATIO, STAYS_VISIBLE, VISIBLE_GAP_RATIO};
 use crate::selection::search::SearchResult;
 use effects::sensor::READINGS;
@@ -30,8 +29,6 @@ pub(crate) struct Measured {
     pub(crate) mask: Option<Vec<bool>>,
     /// Noise of each reading, where most of what is left is rough.
     pub(crate) noise: Option<Noise>,
-    /// Noise of each reading over the stated one, where less is left than stated noise would leave.
-    pub(crate) quieter: Option<[f64; READINGS]>,
 }
 
 /// Noise of each reading as it is measured.
@@ -107,28 +104,6 @@ pub(crate) fn noise_beneath_nothing<'a>(
     (measured_noise(&selection), selection.design)
 }
 
-/// Noise of each reading over the stated one, no louder than what is left allows, where that is less than stated noise may be for some of
-/// them. What is left may hold patterns besides, so that the noise may be quieter still.
-fn quieter(selection: &ModelSelection) -> Option<[f64; READINGS]> {
-    let (left, scope) = (&selection.after, selection.design.linearized.scope);
-    let over = |channel: usize| {
-        let (rms_m, count) = left.channel_rms_m(channel);
-        let over = rms_m / selection.floor.channel_rms_m[channel].max(f64::MIN_POSITIVE);
-        if count > 0 { over.min(1.0) } else { 1.0 }
-    };
-    let mut noise = [1.0; READINGS];
-    if scope.reference {
-        for segment in (0..4).filter(|s| scope.segments[*s]) {
-            noise[segment] = over(3 + segment);
-        }
-    } else {
-        noise[..4].copy_from_slice(&[over(0); 4]);
-        noise[4..].copy_from_slice(&[selection.diode_over_stated(over(0)); 2]);
-    }
-    let most = quietest_rms();
-    noise.iter().any(|n| *n < most).then_some(noise)
-}
-
 /// True unless what is louder than stated is in the tails alone: beside bursts, these are the ones that are too small to stand out.
 fn is_no_tail(selection: &ModelSelection, bursts: &Bursts) -> bool {
     bursts.are_few() || selection.in_the_middle(&selection.after)
@@ -186,7 +161,6 @@ pub(crate) fn measured<'a>(
         missing_codes: selection.missing_codes().map(|l| (l.coordinate, l.share)),
         mask: selection.revised_mask(),
         noise: measured_noise(&selection),
-        quieter: quieter(&selection),
     };
     (measured, selection.design, selection.relinearized)
 }

@@ -77,37 +77,6 @@ impl ModelSelection<'_> {
         seen.collect()
     }
 
-    /// Noise of the diode over the stated one, no louder than what is left of g_x and g_y allows beside segments that are so many times as loud
-    /// as stated: 1 at most, and no quieter than the segments. 1 without a beacon.
-    pub(super) fn diode_over_stated(&self, segments: f64) -> f64 {
-        let linearized = &self.design.linearized;
-        let (mut left, mut by_segments, mut by_diode) = (0.0, 0.0, 0.0);
-        let residuals = &self.after;
-        for ((i, channel), value_m) in residuals
-            .sample
-            .iter()
-            .zip(&residuals.channel)
-            .zip(&residuals.value_m)
-        {
-            if !(1..=2).contains(channel) {
-                continue;
-            }
-            let (rows, variance) = (linearized.rows(*i), linearized.stated_variance(*i));
-            let Some(row) = (0..rows.count).find(|row| rows.channel[*row] == *channel) else {
-                continue;
-            };
-            let share = |reading: usize| rows.by_reading[row][reading].powi(2) * variance[reading];
-            left += value_m * value_m;
-            by_segments += (0..4).map(share).sum::<f64>();
-            by_diode += (4..READINGS).map(share).sum::<f64>();
-        }
-        if by_diode == 0.0 {
-            return 1.0;
-        }
-        let square = (left - segments * segments * by_segments) / by_diode;
-        square.max(segments * segments).sqrt().min(1.0)
-    }
-
     /// The four segments' share in what g_p has too much, `all` times the stated noise.
     fn segments(&self, all: f64) -> [f64; 4] {
         let linearized = &self.design.linearized;

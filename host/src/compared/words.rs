@@ -1,10 +1,11 @@
 //! What an answer of `courier compare` is told in: words, units and tables, for the terminal and for the page.
 
 use crate::terminal::{figure, micrometres};
-use comparison::answer::{Budgets, Input, Line, Pair, Repeats, Told};
+use comparison::answer::{Budgets, Input, Line, Pair, Told};
 use comparison::budget::{Budget, Contribution, Kind};
 use comparison::changes::Change;
 use comparison::largest::Largest;
+use comparison::repeats::Repeats;
 use comparison::significance::JointTest;
 use comparison::workspace::{Pose, Quantity};
 use time::OffsetDateTime;
