@@ -4,6 +4,7 @@ use crate::error::{Error, one_line};
 use crate::layout::{META_FILE, SAMPLES_FILE};
 use crate::meta::Meta;
 use crate::unfinished::{Left, examine};
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// What [`crate::Writer::create`] does with a folder that is already there.
@@ -15,8 +16,13 @@ pub enum Existing {
     ReplaceRecording,
 }
 
-/// Refuses a folder that `existing` forbids; what a killed writer has left in it is taken away.
-pub(crate) fn check_existing(folder: &Path, existing: Existing) -> Result<(), Error> {
+/// Refuses a folder that `existing` forbids; what a killed writer has left in it is taken away. `own` is the caller's unfinished
+/// recording. A writer asks before it makes one and again once it is locked: of two that begin at once, at least one sees the other.
+pub(crate) fn check_existing(
+    folder: &Path,
+    existing: Existing,
+    own: Option<&Path>,
+) -> Result<(), Error> {
     if !folder.exists() {
         return Ok(());
     }
@@ -35,8 +41,11 @@ pub(crate) fn check_existing(folder: &Path, existing: Existing) -> Result<(), Er
         let name = entry
             .map_err(|error| Error::io(folder, &error, wanted))?
             .file_name();
+        if own.and_then(Path::file_name) == Some(name.as_os_str()) {
+            continue;
+        }
         match examine(folder, &name) {
-            Left::Abandoned => abandoned.push(folder.join(&name)),
+            Left::Abandoned(file) => abandoned.push((folder.join(&name), file)),
             Left::UnderWay => {
                 let found = "a recording that another command is writing";
                 return Err(Error::new(folder, found, wanted));
@@ -61,8 +70,13 @@ pub(crate) fn check_existing(folder: &Path, existing: Existing) -> Result<(), Er
         Meta::parse(&file, &text, &mut Vec::new())?;
     }
     // Only once nothing stands in the way any more.
-    for file in abandoned {
-        std::fs::remove_file(&file).map_err(|error| Error::io(&file, &error, wanted))?;
+    for (path, locked) in abandoned {
+        match std::fs::remove_file(&path) {
+            // Another writer found it as abandoned as this one did.
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            removed => removed.map_err(|error| Error::io(&path, &error, wanted))?,
+        }
+        drop(locked);
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::Result;
+use std::io::{ErrorKind, Result};
 use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
 
@@ -29,19 +29,24 @@ pub fn unfinished_file(folder: &Path) -> Result<NamedTempFile> {
 /// # Errors
 /// As [`unfinished_file`], or the folder's file system has no locks.
 pub(crate) fn locked_file(folder: &Path) -> Result<NamedTempFile> {
-    let file = unfinished_file(folder)?;
-    file.as_file().lock()?;
-    Ok(file)
+    loop {
+        let file = unfinished_file(folder)?;
+        file.as_file().lock()?;
+        // Until it was locked, it looked like one whose writer is gone, and another writer may have taken it away.
+        if file.path().exists() {
+            return Ok(file);
+        }
+    }
 }
 
 /// What a name in a folder of recordings stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub(crate) enum Left {
     /// Something else than an unfinished recording.
     Other,
-    /// An unfinished recording whose writer is gone.
-    Abandoned,
-    /// An unfinished recording that is being written.
+    /// An unfinished recording whose writer is gone. The file is locked until this is dropped.
+    Abandoned(File),
+    /// An unfinished recording that is being written, or was a moment ago.
     UnderWay,
 }
 
@@ -50,11 +55,16 @@ pub(crate) fn examine(folder: &Path, name: &OsStr) -> Left {
     if !name.to_string_lossy().starts_with(PREFIX) {
         return Left::Other;
     }
-    let opened = OpenOptions::new().write(true).open(folder.join(name));
-    match opened.as_ref().map(File::try_lock) {
-        Ok(Ok(())) => Left::Abandoned,
-        Ok(Err(TryLockError::WouldBlock)) => Left::UnderWay,
-        // Whoever had it has just moved it to its place or taken it away, or it is not ours to open.
-        Ok(Err(TryLockError::Error(_))) | Err(_) => Left::Other,
+    let file = match OpenOptions::new().write(true).open(folder.join(name)) {
+        Ok(file) => file,
+        // Its writer has just moved it to its place or taken it away.
+        Err(error) if error.kind() == ErrorKind::NotFound => return Left::UnderWay,
+        // It is not ours to open.
+        Err(_) => return Left::Other,
+    };
+    match file.try_lock() {
+        Ok(()) => Left::Abandoned(file),
+        Err(TryLockError::WouldBlock) => Left::UnderWay,
+        Err(TryLockError::Error(_)) => Left::Other,
     }
 }

@@ -66,13 +66,14 @@ impl Writer {
         logged: &[&str],
     ) -> Result<Self, Error> {
         let folder = folder.as_ref().to_owned();
-        check_existing(&folder, existing)?;
+        check_existing(&folder, existing, None)?;
         let created = !folder.exists();
         std::fs::create_dir_all(&folder)
             .map_err(|error| Error::io(&folder, &error, "a folder to write into"))?;
         let mut writer = Self::new(folder, created, meta);
         let file = locked_file(&writer.folder)
             .map_err(|error| Error::io(&writer.folder, &error, "a folder to write into"))?;
+        check_existing(&writer.folder, existing, Some(file.path()))?;
         let mut rows = csv::WriterBuilder::new()
             .buffer_capacity(1 << 16)
             .from_writer(file);

@@ -1,6 +1,8 @@
 //! Two commands at one board, and commands that are killed.
 
 use crate::common::{CALIBRATE, Ran, asked};
+use std::fs::{OpenOptions, TryLockError};
+use std::io::ErrorKind;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -33,6 +35,15 @@ fn names(folder: &Path) -> Vec<String> {
         .collect()
 }
 
+/// Whether somebody has an unfinished recording in `folder` locked. Its file is there a moment before its lock.
+fn is_under_way(folder: &Path) -> bool {
+    names(folder)
+        .iter()
+        .filter(|name| name.starts_with(".courier-unfinished"))
+        .filter_map(|name| OpenOptions::new().write(true).open(folder.join(name)).ok())
+        .any(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+}
+
 /// The second command is refused in one line that says who has the board, and what the first one stores is not lost.
 #[test]
 fn a_second_command_at_one_flash_is_refused() {
@@ -41,7 +52,12 @@ fn a_second_command_at_one_flash_is_refused() {
     asked(folder, CALIBRATE).quiet();
     asked(folder, "--sim-preset ideal --sim-flash a.bin export a.json").quiet();
     let mut first = started(folder, "--sim-flash a.bin monitor");
-    wait_for("lock", || names(folder).contains(&".a.bin.lock".to_owned()));
+    // The holder is written into the file once it is locked. Where a locked file cannot be read, that is told by the error.
+    let lock = folder.join(".a.bin.lock");
+    wait_for("lock", || match std::fs::read(&lock) {
+        Ok(holder) => !holder.is_empty(),
+        Err(error) => error.kind() != ErrorKind::NotFound,
+    });
     let second = asked(folder, "--sim-preset ideal --sim-flash a.bin import a.json");
     let process = format!("process {}", first.id());
     // On systems where a locked file cannot be read, its holder is not known.
@@ -93,11 +109,7 @@ fn a_killed_recording_makes_room_for_the_next() {
     let place = folder.join("r");
     for force in ["", " --force"] {
         let mut killed = started(folder, "record r --seconds 86400 --force");
-        wait_for("unfinished recording", || {
-            names(&place)
-                .iter()
-                .any(|name| name.starts_with(".courier-unfinished"))
-        });
+        wait_for("unfinished recording", || is_under_way(&place));
         let busy = asked(folder, &format!("record r --seconds 0.1{force}"));
         busy.refused(&["another command is writing"]);
         killed.kill().unwrap();
@@ -120,9 +132,7 @@ fn an_interrupted_recording_leaves_nothing() {
     let folder = temporary.path();
     for signal in ["INT", "TERM"] {
         let mut interrupted = started(folder, "record r --seconds 86400");
-        wait_for("unfinished recording", || {
-            !names(&folder.join("r")).is_empty()
-        });
+        wait_for("unfinished recording", || is_under_way(&folder.join("r")));
         let id = interrupted.id().to_string();
         let sent = Command::new("kill").args(["-s", signal, &id]).status();
         assert!(sent.unwrap().success());

@@ -46,6 +46,43 @@ fn writing_leaves_nothing_or_everything() {
     );
 }
 
+/// Of several writers that begin at once at most one may go on, none takes another's rows away, and the rest say why.
+#[test]
+fn of_writers_that_begin_at_once_one_at_most_goes_on() {
+    let source = read(META, b"t_s,run,p1_m\n0,a,1e-3\n").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let writers = 8;
+    let begin = std::sync::Barrier::new(writers);
+    for round in 0..100 {
+        let target = folder.path().join(round.to_string());
+        std::fs::create_dir(&target).unwrap();
+        let one = || {
+            begin.wait();
+            let writer = Writer::create(&target, &source.meta, Existing::Refuse);
+            // All are at it at the same time.
+            begin.wait();
+            let mut writer = writer.map_err(|error| error.to_string())?;
+            writer.push(&source.samples.row(0)).unwrap();
+            writer.finish().unwrap();
+            Ok::<(), String>(())
+        };
+        let ended: Vec<Result<(), String>> = std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..writers).map(|_| scope.spawn(one)).collect();
+            let ended = threads.into_iter().map(|thread| thread.join().unwrap());
+            ended.collect()
+        });
+        let refused: Vec<&String> = ended.iter().filter_map(|one| one.as_ref().err()).collect();
+        assert!(refused.len() >= writers - 1, "{round}: {ended:?}");
+        for line in refused {
+            assert!(line.contains("another command is writing"), "{line}");
+        }
+        assert_eq!(
+            Recording::read(&target).is_ok(),
+            ended.iter().any(Result::is_ok)
+        );
+    }
+}
+
 #[test]
 fn a_writer_refuses_what_a_reader_would() {
     let source = read(META, b"t_s,run,p1_m\n0,a,1e-3\n").unwrap();
