@@ -75,13 +75,25 @@ impl<'a> Prediction<'a> {
         let amounts = &other.fitted.given.coefficients;
         let own = amounts.dot(&(problem.reduced.square(&columns) * amounts));
         let squares = self.squares + own - 2.0 * along(problem, other, &self.products);
+        let squares = squares.max(least_apart(weighed, other));
         let noise = problem.stated * weighed.left.log_noise.exp();
         let told = weighed.fitted.given.told + other.fitted.given.told;
         Divergence {
-            squares: squares.max(0.0) / noise,
+            squares: squares / noise,
             limit: limit(told) + lacking_apart(problem, weighed, other),
         }
     }
+}
+
+/// Squares by which the predictions of two sets differ at least: no less than what they leave of the same readings differs in length. Where
+/// a motion hardly tells a set's amounts, and the noise of its columns is taken off, they may be so large that the set seems to leave less than
+/// nothing. Of such a set nothing is known, and it is infinite.
+fn least_apart(one: &Weighed, other: &Weighed) -> f64 {
+    let [one, other] = [one, other].map(|w| w.fitted.given.squares);
+    if one < 0.0 || other < 0.0 {
+        return f64::INFINITY;
+    }
+    (one.sqrt() - other.sqrt()).powi(2)
 }
 
 /// Whitened squares by which the forms of two sets' effects may make them differ. Of the lines that an effect in one of
@@ -215,6 +227,29 @@ mod tests {
             "fewer columns that do the same are likelier"
         );
         super::class(&problem, &all, 0).is_empty()
+    }
+
+    /// Sets differ by no less than what they leave does, and one that seems to leave less than nothing is like no other.
+    #[test]
+    fn what_leaves_less_than_nothing_is_no_alias() {
+        let blocks = [("one", &[1.0][..]), ("same", &[1.0])];
+        let problem = SyntheticProblem::new(&blocks, &|rng| {
+            let (one, apart, noise) = (normal(rng), normal(rng), normal(rng));
+            vec![1.0, one, one + 0.01 * apart, 2.0 * one + noise]
+        });
+        let reduced = problem.reduced(&[1, 2]);
+        let prior = |block| Prior::of_cause(block, 0.1);
+        let effects = [prior(0), prior(1)];
+        let problem = Problem::of_unit_noise(&reduced, &effects, -2.0);
+        let mut all = weigh(&problem);
+        let of = |set: &[usize]| all.iter().position(|w| w.set() == set).unwrap();
+        let (one, same, none) = (of(&[0]), of(&[1]), of(&[]));
+        assert!(super::divergence(&problem, &all[one], &all[same]).is_alias());
+        let far = super::divergence(&problem, &all[one], &all[none]);
+        assert!(far.squares >= super::least_apart(&all[one], &all[none]));
+        assert!(!far.is_alias());
+        all[same].fitted.given.squares = -1.0;
+        assert!(!super::divergence(&problem, &all[one], &all[same]).is_alias());
     }
 
     /// Effects of the set that is told where the second takes so much of what the first leaves, which may lack as much and more.
