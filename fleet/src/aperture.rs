@@ -1,85 +1,118 @@
 //! The aperture of the segments: the window of teeth that a reading averages over. It is estimated from fields that were fitted as cubic
 //! B-splines.
 //!
-//! Displacements of teeth are independent of each other, so an aperture determines the covariance K of a field's spline coefficients. With
-//! y the coefficients that the data ask for and C their covariance, the logarithm of an aperture's evidence is that of a normal density of
-//! y with covariance K + C (Rasmussen and Williams 2006, section 5.4): the field is integrated out, and no pose is looked at again. The
+//! Displacements of teeth are independent of each other, and under an aperture a tooth is a sum of splines, A: those that come nearest to
+//! its share in the mean square. With P the precision of the splines' coefficients that the data leave, r what is on the right of it and S the
+//! teeth's deviations, the logarithm of an aperture's evidence is half of r A S inverse(1 + S A P A S) S A r, less half the logarithm of that
+//! matrix' determinant (Rasmussen and Williams 2006, section 5.4): the teeth are integrated out, and no pose is looked at again. The
 //! couriers of a fit are taken to be of one make, so one aperture is estimated from all of them over all platens.
 
 use crate::field_information::FieldInformation;
 use crate::form::{Aperture, EDGE, HALF_PITCHES, spread};
 use crate::key::{Key, Platen};
+use crate::splines::{OfTeeth, Splines, Teeth, of_independent};
 use crate::state::State;
 use crate::sums::Sums;
-use nalgebra::{DMatrix, DVector};
-use normal_equations::cholesky::Factor;
 use std::collections::BTreeMap;
-use std::f64::consts::{LN_2, TAU};
-use tooth_field::{ApertureKernel, Kernel, Lattice, cubic_b_spline};
+use std::f64::consts::LN_2;
+use tooth_field::{ApertureKernel, Lattice};
 use tooth_map::{FIELD, NODE_M};
 
 /// Half widths of the apertures that are compared before the search, pitches, along and across. The evidence may have a maximum at a box and
-/// another one at a bell of another width, and where fields are well known one at each width whose spectrum has its zeros in places alike;
-/// the search climbs only one. Derived from the bounds: each a third larger than
-/// the one before, as far as [`HALF_PITCHES`] goes.
+/// another one at a bell of another width. Derived from the bounds: each a third larger than the one before, as far as [`HALF_PITCHES`] goes.
 const HALVES: [f64; 8] = [0.75, 1.0, 1.33, 1.78, 2.37, 3.16, 4.22, 5.62];
 /// Edges of the same. Derived from the bounds: three equal steps over [`EDGE`].
 const EDGES: [f64; 4] = [0.1, 0.4, 0.7, 1.0];
 /// Deviation of the logarithm of a field's size over the tooth map's: a factor of two. A prior, without data.
 const SIZE_DEVIATION: f64 = LN_2;
-/// First step of the search, of each coordinate. Derived from [`HALVES`] and [`EDGES`]: about half of what two neighbours are apart, and three
-/// halvings above [`LAST_STEP`].
+/// First step of the search, of each coordinate. Derived from [`HALVES`] and [`EDGES`]: about half of what two neighbours are apart.
 const FIRST_STEP: f64 = 0.16;
-/// The search ends where its step is this short, after one of twice this has gained nothing. As was measured with drawn fields, an aperture
-/// that is wrong by a fiftieth leaves 0.4 % of the field, less than what no aperture of this form can follow ([`crate::sums`]).
-const LAST_STEP: f64 = 0.02;
-/// What an edge beyond its bounds costs of the logarithm, by how far it is beyond. Derived from what a search may gain there, which is nothing:
-/// the aperture is that at the bound. Any number that keeps the search within a step of the bounds does.
-const BEYOND_EDGE: f64 = 1.0e3;
-/// Precision that each coefficient has at least, in that of its prior. A prior of thirty deviations of the tooth map's: so wide that a
-/// coefficient of which the data say nothing says nothing of the aperture, and narrow enough for a matrix that can be inverted.
-const LEAST_PRECISION: f64 = 1.0e-3;
-
+/// The last step while the noise is that of splines a pitch apart, and the first by less noise. Derived from [`FIRST_STEP`] and [`LAST_STEP`]: between
+/// both, two halvings either way.
+const MIDDLE_STEP: f64 = 0.04;
+/// The search ends where a step this short has gained nothing. Derived from the neighbours that are looked at when the aperture is refined
+/// (`crate::refine`): as far away.
+const LAST_STEP: f64 = 0.01;
+/// Step of the logarithm of a spread to the apertures that one may be taken for: fields under both are alike at the teeth. Derived from [`HALVES`]: a
+/// third more or less.
+const ALIAS: f64 = 0.288;
 /// Coordinates of the search: logarithms of the aperture's spread along and across (the root of its second moment, pitches, which the data
 /// determine whatever the edges are), the edge, and logarithms of the sizes of two fields, that of single teeth and that of whole lines,
 /// over the tooth map's priors.
 type Guess = [f64; 5];
 
-/// A platen's field as the data ask for it, without a prior: spline coefficients and their covariance, in the tooth map's prior deviations.
-struct Told {
-    keys: Vec<Key>,
-    coefficients: DVector<f64>,
-    covariance: DMatrix<f64>,
+/// The likeliest aperture, and the likeliest of those that it may be taken for, where it is climbed to as well; none where independent spline
+/// coefficients are at least as likely, or where the sums of a platen make no positive matrix. A courier's unknowns are eliminated for each
+/// platen by itself: what its other platens tell of it is not used here.
+pub fn likeliest(sums: &BTreeMap<Platen, Sums>, state: &State) -> Vec<Aperture> {
+    let Some(told) = told(sums, state) else {
+        return Vec::new();
+    };
+    let mut evidence = Evidence::of(&told);
+    let mut value = |guess: &Guess| evidence.log(guess);
+    let independent = told.iter().map(Splines::log_evidence).sum();
+    let (best, other) = followed(&mut value);
+    if best.1 <= independent {
+        return Vec::new();
+    }
+    vec![told_aperture(&best.0), told_aperture(&other.0)]
 }
 
-/// The likeliest aperture; none where independent spline coefficients are at least as likely, or where the sums of a platen make no positive
-/// matrix. A courier's unknowns are eliminated for each platen by itself: what its other platens tell of it is not used here.
-pub fn likeliest(sums: &BTreeMap<Platen, Sums>, state: &State) -> Option<Aperture> {
-    let told: Vec<Told> = sums
-        .iter()
-        .map(|(platen, sums)| {
-            let information = FieldInformation::of(platen, sums, state)?;
-            let (coefficients, covariance) = information.likeliest(LEAST_PRECISION)?;
-            let keys = information.keys().to_vec();
-            Some(Told {
-                keys,
-                coefficients,
-                covariance,
-            })
-        })
-        .collect::<Option<_>>()?;
-    let value = |guess: &Guess| log_evidence(&told, guess);
-    let independent: f64 = told
-        .iter()
-        .map(|told| density(told, &|_, _| 0.0, 1.0))
-        .sum();
-    let (guess, found) = searched(&value);
-    (found > independent).then(|| told_aperture(&guess))
+/// The likeliest guess, and the likeliest that is climbed to from those that it may be taken for.
+fn followed(value: &mut dyn FnMut(&Guess) -> f64) -> ((Guess, f64), (Guess, f64)) {
+    let best = climbed(compared(value), FIRST_STEP, MIDDLE_STEP, value);
+    let ways = [(0, -ALIAS), (0, ALIAS), (1, -ALIAS), (1, ALIAS)];
+    let others = ways.map(|(k, by)| {
+        let mut guess = best.0;
+        guess[k] += by;
+        (guess, value(&guess))
+    });
+    let likelier = |a: (Guess, f64), b: (Guess, f64)| if b.1 > a.1 { b } else { a };
+    let other = others.into_iter().reduce(likelier).unwrap_or(best);
+    (best, climbed(other, MIDDLE_STEP, MIDDLE_STEP, value))
+}
+
+/// An aperture, and the displacements of teeth under it, m.
+pub type WithTeeth = (Aperture, Vec<((Platen, Key), f64)>);
+
+/// The likeliest aperture that is climbed to from some, and the likeliest teeth under it.
+pub fn likeliest_of(
+    apertures: &[Aperture],
+    sums: &BTreeMap<Platen, Sums>,
+    state: &State,
+) -> Option<WithTeeth> {
+    let told = told(sums, state)?;
+    let mut evidence = Evidence::of(&told);
+    let mut value = |guess: &Guess| evidence.log(guess);
+    let each = apertures.iter().map(|aperture| {
+        let guess = guess_of(aperture);
+        let begin = (guess, value(&guess));
+        climbed(begin, MIDDLE_STEP, MIDDLE_STEP, &mut value)
+    });
+    let best = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let best = climbed(best, 0.5 * MIDDLE_STEP, LAST_STEP, &mut value);
+    let aperture = told_aperture(&best.0);
+    let mut teeth = Vec::new();
+    for (platen, told) in sums.keys().zip(&told) {
+        let of_it = Teeth::under(told, &aperture.kernel).likeliest(told, &aperture)?;
+        let of_it = of_it.into_iter();
+        teeth.extend(of_it.map(|(key, m)| ((platen.clone(), key), m)));
+    }
+    Some((aperture, teeth))
+}
+
+/// What the sums tell of each platen's splines.
+fn told(sums: &BTreeMap<Platen, Sums>, state: &State) -> Option<Vec<Splines>> {
+    let each = sums.iter().map(|(platen, sums)| {
+        let information = FieldInformation::of(platen, sums, state)?;
+        Some(Splines::of(&information, state.is_halved))
+    });
+    each.collect()
 }
 
 /// The aperture at a guess, and deviations at a place of the fields of single teeth and of whole lines, m.
 fn aperture_of(guess: &Guess) -> (ApertureKernel, [f64; 2]) {
-    let edge = guess[2].clamp(EDGE[0], EDGE[1]);
+    let edge = guess[2];
     let half = |log: f64| (log.exp() / spread(edge)).clamp(HALF_PITCHES[0], HALF_PITCHES[1]);
     let kernel = ApertureKernel {
         half_pitches: [half(guess[0]), half(guess[1])],
@@ -105,23 +138,61 @@ fn told_aperture(guess: &Guess) -> Aperture {
     }
 }
 
-/// A pattern search for the largest value (Hooke and Jeeves 1961), from the best of the compared apertures.
-fn searched(value: &dyn Fn(&Guess) -> f64) -> (Guess, f64) {
+/// The guess that makes an aperture.
+fn guess_of(aperture: &Aperture) -> Guess {
+    let kernel = aperture.kernel;
+    let lattice = Lattice::of_teeth(kernel);
+    let log = |k: usize| (kernel.half_pitches[k] * spread(kernel.edge)).ln();
+    let [node_m, line_m] = aperture.deviations_m;
+    let of_nodes = lattice.deviation_by_nodes() / FIELD.deviation_by_nodes();
+    let of_lines = lattice.deviation_by_lines() / FIELD.deviation_by_lines();
+    [
+        log(0),
+        log(1),
+        kernel.edge,
+        (node_m / NODE_M * of_nodes).ln(),
+        (line_m / NODE_M * of_lines).ln(),
+    ]
+}
+
+/// The best of the compared apertures: of those as long as they are wide, and then of those about that one with its edge.
+fn compared(value: &mut dyn FnMut(&Guess) -> f64) -> (Guess, f64) {
     let mut best = ([0.0; 5], f64::NEG_INFINITY);
-    for along in HALVES {
-        for across in HALVES {
-            for edge in EDGES {
-                let log = |half: f64| (half * spread(edge)).ln();
-                let guess = [log(along), log(across), edge, 0.0, 0.0];
-                let found = value(&guess);
-                if found > best.1 {
-                    best = (guess, found);
-                }
-            }
+    let mut at = [0; 3];
+    let mut compare = |along: usize, across: usize, edge: usize| {
+        let log = |k: usize| (HALVES[k] * spread(EDGES[edge])).ln();
+        let guess = [log(along), log(across), EDGES[edge], 0.0, 0.0];
+        let found = value(&guess);
+        if found > best.1 {
+            best = (guess, found);
+            at = [along, across, edge];
+        }
+        at
+    };
+    let mut middle = [0; 3];
+    for half in 0..HALVES.len() {
+        for edge in 0..EDGES.len() {
+            middle = compare(half, half, edge);
         }
     }
-    let mut step = FIRST_STEP;
-    while step > LAST_STEP {
+    let near = |k: usize| k.saturating_sub(1)..(k + 2).min(HALVES.len());
+    for along in near(middle[0]) {
+        for across in near(middle[1]).filter(|across| *across != along) {
+            compare(along, across, middle[2]);
+        }
+    }
+    best
+}
+
+/// A pattern search for the largest value (Hooke and Jeeves 1961), from a guess and its value.
+fn climbed(
+    mut best: (Guess, f64),
+    first_step: f64,
+    last_step: f64,
+    value: &mut dyn FnMut(&Guess) -> f64,
+) -> (Guess, f64) {
+    let mut step = first_step;
+    while step >= last_step {
         let before = best.1;
         for k in 0..best.0.len() {
             for way in [step, -step] {
@@ -141,160 +212,113 @@ fn searched(value: &dyn Fn(&Guess) -> f64) -> (Guess, f64) {
     best
 }
 
-/// Covariance of two spline coefficients that are up to so many teeth apart, before the data, in the tooth map's prior deviations.
-fn coefficients_under(guess: &Guess, longest: usize) -> impl Fn(&Key, &Key) -> f64 {
-    let aperture = told_aperture(guess);
-    let [along, across] = [0, 1].map(|d| covariances(&aperture.kernel, d, longest + 1));
-    let squares = aperture.deviations_m.map(|m| (m / NODE_M).powi(2));
-    move |a, b| match (a, b) {
-        (Key::Node(d, [i, j]), Key::Node(e, [k, l])) if d == e => {
-            squares[0] * along[i.abs_diff(*k) as usize] * across[j.abs_diff(*l) as usize]
+/// The evidence of guesses by what the data tell of the splines. What they tell of teeth is kept for the last kernel: sizes alone change nothing
+/// of it.
+struct Evidence<'a> {
+    splines: &'a [Splines],
+    last: Option<(ApertureKernel, Vec<OfTeeth>)>,
+}
+
+impl<'a> Evidence<'a> {
+    fn of(splines: &'a [Splines]) -> Self {
+        Self {
+            splines,
+            last: None,
         }
-        (Key::Line(d, i), Key::Line(e, k)) if d == e => squares[1] * along[i.abs_diff(*k) as usize],
-        _ => 0.0,
     }
-}
 
-/// Logarithm of a guess's evidence and of its prior, but for what all have in common.
-fn log_evidence(told: &[Told], guess: &Guess) -> f64 {
-    let longest = told.iter().map(longest).max().unwrap_or(0);
-    let together = coefficients_under(guess, longest);
-    let sizes: f64 = guess[3..]
-        .iter()
-        .map(|s| (s / SIZE_DEVIATION).powi(2))
-        .sum();
-    let of_edge = (guess[2] - guess[2].clamp(EDGE[0], EDGE[1])).abs();
-    told.iter()
-        .map(|told| density(told, &together, 0.0))
-        .sum::<f64>()
-        - 0.5 * sizes
-        - BEYOND_EDGE * of_edge
-}
-
-/// Most teeth between two of the coefficients along an axis.
-fn longest(told: &Told) -> usize {
-    let [mut low, mut high] = [i32::MAX, i32::MIN];
-    for key in &told.keys {
-        let teeth = match key {
-            Key::Node(_, node) => *node,
-            Key::Line(_, line) => [*line; 2],
-            _ => continue,
+    /// Logarithm of a guess's evidence and of its prior, but for what all have in common. There is no edge beyond its bounds.
+    fn log(&mut self, guess: &Guess) -> f64 {
+        if !(EDGE[0]..=EDGE[1]).contains(&guess[2]) {
+            return f64::NEG_INFINITY;
+        }
+        let aperture = told_aperture(guess);
+        let kernel = aperture.kernel;
+        let told = match self.last.take() {
+            Some((of, told)) if of == kernel => told,
+            _ => {
+                let each = self.splines.iter();
+                each.map(|splines| Teeth::under(splines, &kernel).told(splines))
+                    .collect()
+            }
         };
-        low = low.min(teeth[0]).min(teeth[1]);
-        high = high.max(teeth[0]).max(teeth[1]);
+        let of_data: f64 = told.iter().map(|told| log_evidence(told, &aperture)).sum();
+        self.last = Some((kernel, told));
+        let sizes: f64 = guess[3..]
+            .iter()
+            .map(|s| (s / SIZE_DEVIATION).powi(2))
+            .sum();
+        of_data - 0.5 * sizes
     }
-    high.abs_diff(low.min(high)) as usize
 }
 
-/// Logarithm of the density of a platen's coefficients, where they have a covariance besides that of the data, and `own` more each.
-fn density(told: &Told, together: &dyn Fn(&Key, &Key) -> f64, own: f64) -> f64 {
-    let mut covariance = told.covariance.clone();
-    for (column, a) in told.keys.iter().enumerate() {
-        for (row, b) in told.keys.iter().enumerate().skip(column) {
-            covariance[(row, column)] += together(a, b);
-        }
-        covariance[(column, column)] += own;
-    }
-    Factor::new(covariance).map_or(f64::NEG_INFINITY, |factor| {
-        let solved = factor.solve(&told.coefficients);
-        -0.5 * told.coefficients.dot(&solved) - factor.half_log_determinant()
-    })
-}
-
-/// Covariance of two spline coefficients 0, 1, 2 … pitches apart along a direction, of the field that teeth of unit variance make under an
-/// aperture: the coefficients are those that come nearest to the field in the mean square.
-///
-/// With q the aperture's product with a spline by the distance of both and g that of two splines, the spectrum is (q / g)².
-fn covariances(kernel: &ApertureKernel, direction: usize, count: usize) -> Vec<f64> {
-    /// Places of a pitch at which products are summed. As was measured against the variance of the teeth's readings, 32 leave less than 1e-3
-    /// of the covariance.
-    const PLACES: i32 = 32;
-    /// Frequencies of the spectrum. Derived from the longest lattice, 255 teeth: twice as many, so that the ends do not meet.
-    const FREQUENCIES: i32 = 512;
-    let reach = 2 + kernel.half_pitches(direction).ceil() as i32;
-    let at = |k: i32| (f64::from(k) + 0.5) / f64::from(PLACES);
-    let product = |lag: i32, other: &dyn Fn(f64) -> f64| -> f64 {
-        let places = -2 * PLACES..2 * PLACES;
-        let each = places.map(|k| cubic_b_spline(at(k)) * other(at(k) - f64::from(lag)));
-        each.sum::<f64>() / f64::from(PLACES)
-    };
-    let with_teeth: Vec<f64> = (0..=reach)
-        .map(|lag| product(lag, &|x| kernel.weight(direction, x)))
-        .collect();
-    let with_splines: Vec<f64> = (0..4).map(|lag| product(lag, &cubic_b_spline)).collect();
-    let transform = |values: &[f64], turns: f64| -> f64 {
-        let waves = values.iter().enumerate().skip(1);
-        values[0]
-            + 2.0
-                * waves
-                    .map(|(lag, v)| v * (TAU * turns * lag as f64).cos())
-                    .sum::<f64>()
-    };
-    let spectrum: Vec<f64> = (0..FREQUENCIES)
-        .map(|m| {
-            let turns = f64::from(m) / f64::from(FREQUENCIES);
-            (transform(&with_teeth, turns) / transform(&with_splines, turns)).powi(2)
-        })
-        .collect();
-    (0..count)
-        .map(|lag| {
-            let waves = spectrum.iter().enumerate();
-            let turns = |m: usize| (m * lag) as f64 / f64::from(FREQUENCIES);
-            waves.map(|(m, s)| s * (TAU * turns(m)).cos()).sum::<f64>() / f64::from(FREQUENCIES)
-        })
-        .collect()
+/// Logarithm of the evidence of an aperture, by what the data tell of its teeth.
+fn log_evidence(told: &OfTeeth, aperture: &Aperture) -> f64 {
+    let (precision, right) = told.with_prior(aperture);
+    of_independent(precision, &right)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::DMatrix;
 
-    /// Seven nodes each way of x's field, whose coefficients are under an aperture: as many platens as coefficients, each with a column of
-    /// the covariance's root, so that their mean product is that covariance exactly and the likeliest aperture is that one.
-    fn told_under(guess: &Guess) -> Vec<Told> {
-        let nodes = (0..7).flat_map(|i| (0..7).map(move |j| [i, j]));
-        let keys: Vec<Key> = nodes.map(|node| Key::Node(0, node)).collect();
-        let together = coefficients_under(guess, 6);
-        let count = keys.len();
-        let covariance = DMatrix::identity(count, count) * 0.03;
-        let all = &covariance + DMatrix::from_fn(count, count, |i, j| together(&keys[i], &keys[j]));
+    /// Seven nodes each way of x's field, which teeth under an aperture make: as many platens as unknowns, each with a column of the
+    /// covariance's root, so that their mean product is that covariance exactly and the likeliest aperture is that one.
+    fn told_under(guess: &Guess) -> Vec<Splines> {
+        const PRECISION: f64 = 30.0;
+        let mut told = Splines::over([([0; 2], [7; 2]), ([0; 2], [0; 2])], 1);
+        let count = told.right.len();
+        told.precision = DMatrix::identity(count, count) * PRECISION;
+        let root = {
+            let aperture = told_aperture(guess);
+            Teeth::under(&told, &aperture.kernel).covariance(&told, &aperture)
+        };
+        let all = root + DMatrix::identity(count, count) / PRECISION;
         let root = all.cholesky().unwrap().unpack() * (count as f64).sqrt();
-        let platens = (0..count).map(|k| Told {
-            keys: keys.clone(),
-            coefficients: root.column(k).into_owned(),
-            covariance: covariance.clone(),
+        let platens = (0..count).map(|k| {
+            let mut told = told.clone();
+            told.right = root.column(k) * PRECISION;
+            told
         });
         platens.collect()
     }
 
-    /// An aperture that is longer across than along and lies between the compared ones is found to the last step that the search tries, twice
-    /// [`LAST_STEP`], where coefficients are known to a sixth of their prior deviation.
+    /// An aperture that is longer across than along and lies between the compared ones is found to twice the last step that the search tries, where coefficients are known to a sixth of their prior deviation.
     #[test]
     fn the_likeliest_aperture_is_that_of_the_field() {
         let half = |half: f64| (half * spread(0.55)).ln();
         let truth: Guess = [half(2.7), half(3.5), 0.55, 0.0, 0.0];
         let told = told_under(&truth);
-        let (found, _) = searched(&|guess| log_evidence(&told, guess));
+        let mut evidence = Evidence::of(&told);
+        let mut value = |guess: &Guess| evidence.log(guess);
+        let begin = compared(&mut value);
+        let (found, _) = climbed(begin, FIRST_STEP, LAST_STEP, &mut value);
         for (found, truth) in found.iter().zip(truth) {
             assert!((found - truth).abs() < 2.0 * LAST_STEP, "{found}, {truth}");
         }
     }
 
-    /// A spline's own coefficients are independent, and the variance of a field by its coefficients is that of the teeth's readings.
+    /// Where there are two maxima a third apart along the segments, both are followed, the higher one first.
     #[test]
-    fn covariances_are_those_of_the_coefficients() {
-        let kernel = ApertureKernel {
-            half_pitches: [3.0; 2],
-            edge: 0.9,
+    fn two_maxima_are_followed() {
+        let peak = |guess: &Guess, along: f64, height: f64| {
+            let away = [guess[0] - along, guess[1] - 0.1, guess[2] - 0.9];
+            let rest = guess[3].hypot(guess[4]);
+            height - 300.0 * away.iter().map(|a| a * a).sum::<f64>() - rest * rest
         };
-        let found = covariances(&kernel, 0, 40);
-        // Mean over the places between two coefficients: products of splines by their distance, as in the tables (2416, 1191, 120 and 1 of 5040).
-        let splines = [2416.0, 1191.0, 120.0, 1.0].map(|v| v / 5040.0);
-        let others = (1..4).map(|lag| 2.0 * splines[lag] * found[lag]);
-        let by_coefficients = splines[0] * found[0] + others.sum::<f64>();
-        let by_teeth = Lattice::of_teeth(kernel).deviation_by_lines().powi(2);
-        // What splines cannot follow is 1.7 % of the field.
-        assert!((by_coefficients / by_teeth - 1.0).abs() < 1.0e-3);
-        assert!(found[39].abs() < 1.0e-3 * found[0]);
+        for heights in [[10.0, 9.0], [9.0, 10.0]] {
+            let mut value =
+                |guess: &Guess| peak(guess, 0.12, heights[0]).max(peak(guess, 0.4, heights[1]));
+            let (best, other) = followed(&mut value);
+            let wanted = if heights[0] > heights[1] {
+                [0.12, 0.4]
+            } else {
+                [0.4, 0.12]
+            };
+            for ((guess, _), along) in [best, other].into_iter().zip(wanted) {
+                assert!((guess[0] - along).abs() < MIDDLE_STEP, "{guess:?}, {along}");
+            }
+        }
     }
 }

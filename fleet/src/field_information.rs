@@ -66,14 +66,16 @@ impl FieldInformation {
         &self.keys
     }
 
-    /// The likeliest field and its covariance, in deviations of the priors; `least` is added to the precision of each unknown, so that those of which
-    /// nothing is told have one.
+    /// Precision of the field that the data leave, in deviations of the priors.
     #[must_use]
-    pub fn likeliest(&self, least: f64) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        let mut precision = self.precision.clone();
-        (0..self.keys.len()).for_each(|k| precision[(k, k)] += least);
-        let covariance = Factor::new(precision)?.inverse();
-        Some((&covariance * &self.right, covariance))
+    pub fn precision(&self) -> &DMatrix<f64> {
+        &self.precision
+    }
+
+    /// The precision times the field that the data ask for.
+    #[must_use]
+    pub fn right(&self) -> &DVector<f64> {
+        &self.right
     }
 
     /// The same over teeth that are counted so many higher along x and y.

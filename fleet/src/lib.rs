@@ -15,7 +15,7 @@
 //!
 //! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
 //! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state; once the
-//! fields are near, teeth under the likeliest `aperture` take the place of splines, which `refine` brings nearer) -> `passes` (until settled; the bound, with
+//! fields are near, `halved` `splines` tell the likeliest `aperture`, teeth under it take their place; over large fields splines tell it a pitch apart, and `refine` brings it nearer) -> `passes` (until settled; the bound, with
 //! `aperture_derivatives`) -> `judge` (held-out poses) -> `answer`, with each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
 
 mod answer;
@@ -25,6 +25,7 @@ mod begin;
 mod field_information;
 mod form;
 mod functions;
+mod halved;
 mod homogeneity;
 mod judge;
 mod key;
@@ -36,6 +37,7 @@ mod refine;
 mod register;
 mod shown;
 mod solve;
+mod splines;
 mod state;
 mod step;
 mod sums;

@@ -1,6 +1,6 @@
-//! The aperture once more, by the poses themselves.
+//! The aperture once more, by the poses themselves, where fields were too large for halved splines.
 //!
-//! Splines tell an aperture by how the field's coefficients go together, which chance decides where there are few teeth: widths are some
+//! Splines a pitch apart tell an aperture by how the field's coefficients go together, which chance decides where there are few teeth: widths are some
 //! percent off. How readings change between the teeth tells it to a tenth of that. The logarithm of an aperture's evidence is that of the
 //! sums under it, with all other unknowns integrated out ([`crate::solve::Solution::log_evidence`]): it is formed at the aperture of the
 //! state and at two neighbours of each coordinate, one after the other, as the sums of one state each. A parabola through three of them tells

@@ -20,7 +20,7 @@ const RULING: f64 = 3.0e-6 / 5.0e-3;
 const BOW_PER_M: f64 = 3.0e-6 / (2.5e-3 * 2.5e-3);
 
 /// Version of a state's file. By definition of its layout.
-pub const STATE_VERSION: u64 = 4;
+pub const STATE_VERSION: u64 = 5;
 
 /// What is known of an unknown before the data, in its own unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -53,6 +53,10 @@ pub struct State {
     pub damping: f64,
     /// What was left at the state before, and that state, to go back to where a step made it more.
     pub before: Option<(f64, Box<State>)>,
+    /// Whether fields are of splines half a pitch apart, which tell the aperture.
+    pub is_halved: bool,
+    /// Apertures that these have told, of which the likeliest will be taken.
+    pub candidates: Vec<Aperture>,
     /// Whether the aperture was looked for.
     pub is_aperture_told: bool,
     /// How the segments read teeth; without it, fields are cubic B-splines.
@@ -151,7 +155,9 @@ impl State {
     /// Order and priors of a recording's unknowns.
     #[must_use]
     pub fn unknowns(&self, member: &Member) -> Unknowns {
+        let halved = || Unknowns::of_half_splines(member.grids);
         match &self.aperture {
+            None if self.is_halved => halved().unwrap_or_else(|| Unknowns::new(member.grids)),
             None => Unknowns::new(member.grids),
             Some(aperture) => {
                 Unknowns::under_aperture(member.grids, aperture.kernel, aperture.deviations_m)
@@ -192,6 +198,8 @@ pub fn keys_of(member: &Member, unknowns: &Unknowns, shift_teeth: [i32; 2]) -> V
     for (number, at) in of_recording.into_iter().enumerate() {
         keys[at] = Key::Recording(member.recording.clone(), number as u16);
     }
+    let per_tooth = 1.0 / unknowns.lattice().step_pitches[0];
+    let shift_teeth = shift_teeth.map(|teeth| teeth * per_tooth as i32);
     for direction in 0..2 {
         let grid = &unknowns.grids[direction];
         let shift = [shift_teeth[direction], shift_teeth[1 - direction]];

@@ -1,6 +1,7 @@
 //! From a state to the next: a step on, a shorter one, or the same with the noise that shows.
 
-use crate::aperture::likeliest;
+use crate::aperture::{WithTeeth, likeliest, likeliest_of};
+use crate::halved::{can_be_halved, halved};
 use crate::key::{Key, Name, Platen};
 use crate::refine::{Next, begun};
 use crate::shown::{Shown, Spent};
@@ -35,7 +36,7 @@ const FIRST_DAMPING: f64 = 0.1;
 const LEAST_DAMPING: f64 = 1.0e-3;
 
 /// The next state. Where all is settled but the noise, it is the same with the noise that the recordings show; once that was told, and before
-/// it is told again, the same with fields of teeth under the likeliest aperture. Where the last step has made
+/// it is told again, the same with halved splines, and then with fields of teeth under the aperture that these tell. Where the last step has made
 /// less of what is left, it is a step on; else it is the one before, for a shorter step: angles, lever arms and spans may change together
 /// along a curve that no reading sees, and a straight step along it goes astray.
 ///
@@ -51,22 +52,19 @@ pub fn advanced(
         let next = round.clone().told(solution.log_evidence, state.rounds);
         return Ok(refined(next, state));
     }
+    if state.is_halved {
+        return Ok(by_halves(sums, state, solution, shown));
+    }
     let is_near = solution.decrement < SETTLED_FOR_NOISE;
     if is_near && state.noise_told > 0 && !state.is_aperture_told {
-        return Ok(under_aperture(sums, state));
+        return Ok(if sums.values().all(can_be_halved) {
+            halved(state)
+        } else {
+            under(likeliest_of(&likeliest(sums, state), sums, state), state)
+        });
     }
     if is_near && state.noise_told < NOISE_TOLD {
-        let mut next = state.clone();
-        let spent = Spent::of(solution.posterior.shares_left());
-        next.noise_m.extend(shown.into_iter().map(|(name, shown)| {
-            let noise = shown.noise(&name, state, &spent);
-            (name, [noise.segment_m, noise.displacement_m])
-        }));
-        next.noise_told += 1;
-        next.steps += 1;
-        // Other weights make other squares.
-        next.before = None;
-        return Ok(next);
+        return Ok(with_noise(state, solution, shown));
     }
     if is_near && !state.is_refined {
         return Ok(match &state.aperture {
@@ -118,19 +116,71 @@ fn refined(after: Next, state: &State) -> State {
     next
 }
 
-/// The same state with fields of teeth under the likeliest aperture, where the fields of splines tell one. Displacements of teeth are no
-/// coefficients of splines: the fields begin at zero again, and so the noise begins as large as at first.
-fn under_aperture(sums: &BTreeMap<Platen, Sums>, state: &State) -> State {
+/// The same state with the noise that the poses show.
+fn with_noise(
+    state: &State,
+    solution: &Solution,
+    shown: impl IntoIterator<Item = (Name, Shown)>,
+) -> State {
+    let mut next = state.clone();
+    let spent = Spent::of(solution.posterior.shares_left());
+    next.noise_m.extend(shown.into_iter().map(|(name, shown)| {
+        let noise = shown.noise(&name, state, &spent);
+        (name, [noise.segment_m, noise.displacement_m])
+    }));
+    next.noise_told += 1;
+    next.steps += 1;
+    // Other weights make other squares.
+    next.before = None;
+    next
+}
+
+/// From one state with halved splines to the next: these tell apertures, and once they are fitted the noise; by that noise one of the apertures is
+/// the likeliest.
+fn by_halves(
+    sums: &BTreeMap<Platen, Sums>,
+    state: &State,
+    solution: &Solution,
+    shown: impl IntoIterator<Item = (Name, Shown)>,
+) -> State {
+    if state.candidates.is_empty() {
+        let mut next = solution.stepped(state);
+        next.candidates = likeliest(sums, state);
+        return if next.candidates.is_empty() {
+            under(None, state)
+        } else {
+            next
+        };
+    }
+    if state.noise_told < NOISE_TOLD {
+        return with_noise(state, solution, shown);
+    }
+    under(likeliest_of(&state.candidates, sums, state), state)
+}
+
+/// The same state with fields of teeth under an aperture, where there is one. They begin where the splines have them, and by the noise that these
+/// left. Where there is none, splines a pitch apart take the place of halved ones: such fields begin at zero again, and so the noise begins as
+/// large as at first.
+fn under(found: Option<WithTeeth>, state: &State) -> State {
     let mut next = state.clone();
     next.is_aperture_told = true;
     next.steps += 1;
-    next.aperture = likeliest(sums, state);
-    if next.aperture.is_some() {
+    next.is_halved = false;
+    next.candidates.clear();
+    if found.is_some() || state.is_halved {
         let is_field = |key: &Key| matches!(key, Key::Node(..) | Key::Line(..));
         next.platens.retain(|(_, key), _| !is_field(key));
+        next.before = None;
+    }
+    if let Some((aperture, teeth)) = found {
+        next.aperture = Some(aperture);
+        next.platens.extend(teeth);
+        next.noise_told = NOISE_TOLD - 1;
+        // What halved splines lack is less than what the aperture's own form does: they have told it as well as teeth could.
+        next.is_refined = state.is_halved;
+    } else if state.is_halved {
         next.noise_m.clear();
         next.noise_told = 0;
-        next.before = None;
     }
     next
 }

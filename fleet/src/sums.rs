@@ -16,6 +16,9 @@ use tooth_map::{FIRST_NOISE, Linear, Noise, add_rows, places, products};
 /// a share of the field. As was measured by a least-squares fit of drawn fields: 1.6 % along and across each. Under an aperture
 /// with steep edges it is more.
 const INEXACTNESS: f64 = 0.023;
+/// The same of splines half a pitch apart. Derived from the nearest splines to windows (1 - u²)² of five to seven teeth, which lack 0.2 to 0.5 % along
+/// and across each.
+const INEXACTNESS_OF_HALVES: f64 = 0.006;
 /// The same of teeth under the nearest of [`tooth_field::ApertureKernel`]'s forms, where the aperture is of another form, (1 - u²)² of
 /// five to seven teeth. As was measured by a least-squares fit of drawn fields: 0.2 to 0.7 % along and across each, 0.5 % for six.
 const INEXACTNESS_OF_APERTURE: f64 = 0.007;
@@ -118,6 +121,7 @@ fn with_inexactness(member: &Member, state: &State, noise: &Noise) -> Noise {
     // Each pose has a place of each segment.
     let together = (4 * member.poses.len()) as f64 / apart.len().max(1) as f64;
     let share = match state.aperture {
+        None if state.is_halved => INEXACTNESS_OF_HALVES,
         None => INEXACTNESS,
         Some(_) => INEXACTNESS_OF_APERTURE,
     };

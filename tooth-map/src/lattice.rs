@@ -13,6 +13,8 @@ pub enum FieldKernel {
     /// A coefficient of a cubic B-spline, as a board has it: whatever the field is of.
     #[default]
     Spline,
+    /// The same of a spline half as long: such ones stand half a pitch apart.
+    HalfSpline,
     /// A tooth, as an aperture sees it that has been measured.
     Aperture(ApertureKernel),
 }
@@ -21,6 +23,7 @@ impl Kernel for FieldKernel {
     fn half_pitches(&self, direction: usize) -> f64 {
         match self {
             Self::Spline => CubicSpline.half_pitches(direction),
+            Self::HalfSpline => 0.5 * CubicSpline.half_pitches(direction),
             Self::Aperture(aperture) => aperture.half_pitches(direction),
         }
     }
@@ -28,6 +31,7 @@ impl Kernel for FieldKernel {
     fn weight(&self, direction: usize, away_pitches: f64) -> f64 {
         match self {
             Self::Spline => CubicSpline.weight(direction, away_pitches),
+            Self::HalfSpline => CubicSpline.weight(direction, 2.0 * away_pitches),
             Self::Aperture(aperture) => share(aperture, direction, away_pitches),
         }
     }
@@ -61,6 +65,18 @@ pub fn widened(grid: &Grid, kernel: &impl Kernel) -> Grid {
         wide.nodes[k] = u8::try_from(nodes).unwrap_or(u8::MAX);
     }
     wide
+}
+
+/// The lattice of half splines that holds the places which a lattice of splines holds; none where that is longer than a [`Grid`] can count.
+pub fn halved(grid: &Grid) -> Option<Grid> {
+    let nodes = |k: usize| {
+        let twice = 2 * usize::from(grid.nodes[k]);
+        u8::try_from(twice.checked_sub(3)?).ok()
+    };
+    Some(Grid {
+        first_teeth: grid.first_teeth.map(|first| 2 * first + 1),
+        nodes: [nodes(0)?, nodes(1)?],
+    })
 }
 
 /// Nodes about a place, either way. By definition of a cubic spline.

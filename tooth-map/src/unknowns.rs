@@ -64,6 +64,19 @@ impl Unknowns {
         }
     }
 
+    /// For fields of splines half a pitch apart; none over a lattice that is too long for them.
+    #[must_use]
+    pub fn of_half_splines(grids: [Grid; 2]) -> Option<Self> {
+        let grids = [lattice::halved(&grids[0])?, lattice::halved(&grids[1])?];
+        Some(Self {
+            field: Lattice {
+                kernel: FieldKernel::HalfSpline,
+                step_pitches: [0.5; 2],
+            },
+            ..Self::new(grids)
+        })
+    }
+
     /// For fields of teeth under an aperture: deviations of a tooth by itself and of a whole line before the data, m.
     #[must_use]
     pub fn under_aperture(
