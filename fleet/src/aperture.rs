@@ -1,18 +1,19 @@
 //! The aperture of the segments: the window of teeth that a reading averages over. It is estimated from fields that were fitted as cubic
 //! B-splines.
 //!
-//! Displacements of teeth are independent of each other, and under an aperture a tooth is a sum of splines, A: those that come nearest to
-//! its share in the mean square. With P the precision of the splines' coefficients that the data leave, r what is on the right of it and S the
-//! teeth's deviations, the logarithm of an aperture's evidence is half of r A S inverse(1 + S A P A S) S A r, less half the logarithm of that
-//! matrix' determinant (Rasmussen and Williams 2006, section 5.4): the teeth are integrated out, and no pose is looked at again. The
+//! Displacements of teeth are independent of each other, and under an aperture a tooth is a sum of splines, a column of A: those that come
+//! nearest to its share in the mean square. P is the precision of the splines' coefficients that the data leave, r the right side of their normal
+//! equations, and S the diagonal matrix of the teeth's deviations. With M = 1 + S Aᵀ P A S, the logarithm of an aperture's evidence is
+//! ½ rᵀ A S M⁻¹ S Aᵀ r − ½ ln det M (Rasmussen and Williams 2006, section 5.4): the teeth are integrated out, and no pose is looked at again. The
 //! couriers of a fit are taken to be of one make, so one aperture is estimated from all of them over all platens.
 
 use crate::field_information::FieldInformation;
 use crate::form::{Aperture, EDGE, HALF_PITCHES, spread};
 use crate::key::{Key, Platen};
-use crate::splines::{OfTeeth, Splines, Teeth, of_independent};
+use crate::splines::Splines;
 use crate::state::State;
 use crate::sums::Sums;
+use crate::teeth::{OfTeeth, Teeth};
 use std::collections::BTreeMap;
 use std::f64::consts::LN_2;
 use tooth_field::{ApertureKernel, Lattice};
@@ -41,7 +42,7 @@ const ALIAS: f64 = 0.288;
 /// over the tooth map's priors.
 type Guess = [f64; 5];
 
-/// The likeliest aperture, and the likeliest of those that it may be taken for, where it is climbed to as well; none where independent spline
+/// The likeliest aperture, and the maximum that is climbed to from the likeliest of those that it may be taken for; none where independent spline
 /// coefficients are at least as likely, or where the sums of a platen make no positive matrix. A courier's unknowns are eliminated for each
 /// platen by itself: what its other platens tell of it is not used here.
 pub fn likeliest(sums: &BTreeMap<Platen, Sums>, state: &State) -> Vec<Aperture> {
@@ -242,7 +243,7 @@ impl<'a> Evidence<'a> {
                     .collect()
             }
         };
-        let of_data: f64 = told.iter().map(|told| log_evidence(told, &aperture)).sum();
+        let of_data: f64 = told.iter().map(|told| told.log_evidence(&aperture)).sum();
         self.last = Some((kernel, told));
         let sizes: f64 = guess[3..]
             .iter()
@@ -250,12 +251,6 @@ impl<'a> Evidence<'a> {
             .sum();
         of_data - 0.5 * sizes
     }
-}
-
-/// Logarithm of the evidence of an aperture, by what the data tell of its teeth.
-fn log_evidence(told: &OfTeeth, aperture: &Aperture) -> f64 {
-    let (precision, right) = told.with_prior(aperture);
-    of_independent(precision, &right)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use crate::state::State;
 use crate::sums::Sums;
 
 /// Most nodes and lines of a platen a pitch apart that are halved. A bound on the work: four times as many come of them, and with 430 the search for
-/// an aperture took some ten seconds of a processor.
+/// an aperture takes some seconds of a processor.
 const MOST_NODES: usize = 600;
 /// Longest side of a lattice of splines that is halved, nodes. Derived from 255 of the halved one, which are twice as many less three.
 const LONGEST: u32 = 129;

@@ -15,7 +15,8 @@
 //!
 //! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
 //! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state; once the
-//! fields are near, `halved` `splines` tell the likeliest `aperture`, teeth under it take their place; over large fields splines tell it a pitch apart, and `refine` brings it nearer) -> `passes` (until settled; the bound, with
+//! fields are near, `halved` `splines` tell the likeliest `aperture`, and its `teeth` take their place; over large fields splines a pitch apart tell
+//! it, and `refine` brings it nearer) -> `passes` (until settled; the bound, with
 //! `aperture_derivatives`) -> `judge` (held-out poses) -> `answer`, with each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
 
 mod answer;
@@ -41,6 +42,7 @@ mod splines;
 mod state;
 mod step;
 mod sums;
+mod teeth;
 
 pub use answer::{Answer, CourierAnswer, PlatenAnswer, RecordingAnswer, Told, answer};
 pub use begin::{Beginning, begin};

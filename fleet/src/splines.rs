@@ -1,13 +1,9 @@
-//! What the data tell of a platen's two fields of splines, and of teeth under an aperture that make them.
+//! What the data tell of a platen's two fields of splines.
 
 use crate::field_information::FieldInformation;
-use crate::form::Aperture;
 use crate::key::Key;
 use nalgebra::{DMatrix, DVector};
 use normal_equations::cholesky::Factor;
-use std::ops::Range;
-use tooth_field::{ApertureKernel, Kernel, cubic_b_spline};
-use tooth_map::{FieldKernel, NODE_M};
 
 /// Precision and right side of spline coefficients over two rectangles, without a prior, in the tooth map's prior deviations: nodes of x's field and of
 /// y's, across running fastest, then the lines of both.
@@ -17,98 +13,16 @@ pub struct Splines {
     pub precision: DMatrix<f64>,
     /// See [`Self::precision`].
     pub right: DVector<f64>,
-    rectangles: [Rectangle; 2],
+    /// Those of x's field and of y's.
+    pub rectangles: [Rectangle; 2],
     /// Of each direction, for each number along, whether the data tell any spline there: segments apart leave much of a rectangle untold.
-    told: [Vec<bool>; 2],
-    per_pitch: i32,
+    pub told: [Vec<bool>; 2],
+    /// 2 where they are halved, or else 1.
+    pub per_pitch: i32,
 }
 
 /// Numbers along and across of the first node, and how many there are.
-type Rectangle = ([i32; 2], [usize; 2]);
-
-/// Teeth that are under an aperture somewhere over the splines, as sums of these.
-pub struct Teeth {
-    /// Of each direction's field: along, those of which the data tell something.
-    along: [Vec<Share>; 2],
-    /// Across: a row for each tooth, a column for each spline.
-    across: [DMatrix<f64>; 2],
-    /// The first tooth across of each.
-    first_across: [i32; 2],
-}
-
-/// A tooth as a sum of splines: their weights from one of them on, all others being 0.
-#[derive(Clone, Debug)]
-struct Share {
-    tooth: i32,
-    from: usize,
-    weights: Vec<f64>,
-}
-
-impl Share {
-    /// The weight of one spline.
-    fn weight(&self, spline: usize) -> f64 {
-        let at = spline.checked_sub(self.from);
-        at.and_then(|at| self.weights.get(at))
-            .copied()
-            .unwrap_or(0.0)
-    }
-
-    /// Numbers of the splines.
-    fn splines(&self) -> Range<usize> {
-        self.from..self.from + self.weights.len()
-    }
-
-    /// The sum of amounts of all splines, by its weights.
-    fn of(&self, amounts: &[f64]) -> f64 {
-        let each = self.weights.iter().zip(&amounts[self.from..]);
-        each.map(|(weight, amount)| weight * amount).sum()
-    }
-}
-
-/// Adds so many times some amounts to a sum of as many.
-fn add(sum: &mut [f64], times: f64, amounts: &[f64]) {
-    let each = sum.iter_mut().zip(amounts);
-    each.for_each(|(sum, amount)| *sum += times * amount);
-}
-
-/// What the data tell of teeth, in the tooth map's prior deviations: single ones first, then whole lines.
-pub struct OfTeeth {
-    precision: DMatrix<f64>,
-    right: DVector<f64>,
-    /// How many of them are single teeth.
-    nodes: usize,
-}
-
-/// Logarithm of the evidence of independent unknowns of unit deviation, by their precision with that of the prior and the right side; none
-/// where that is no positive matrix.
-pub fn of_independent(precision: DMatrix<f64>, right: &DVector<f64>) -> f64 {
-    Factor::new(precision).map_or(f64::NEG_INFINITY, |factor| {
-        0.5 * right.dot(&factor.solve(right)) - factor.half_log_determinant()
-    })
-}
-
-impl OfTeeth {
-    /// Precision and right side of the teeth, each in its own deviation under an aperture, with that of their prior. Cost: the square of their
-    /// number.
-    pub fn with_prior(&self, aperture: &Aperture) -> (DMatrix<f64>, DVector<f64>) {
-        let deviations = self.deviations(aperture);
-        let right = self.right.component_mul(&deviations);
-        let mut precision = self.precision.clone();
-        for (j, mut column) in precision.column_iter_mut().enumerate() {
-            column.component_mul_assign(&deviations);
-            column *= deviations[j];
-            column[j] += 1.0;
-        }
-        (precision, right)
-    }
-
-    /// Deviations of the teeth under an aperture, in the tooth map's.
-    fn deviations(&self, aperture: &Aperture) -> DVector<f64> {
-        let [node, line] = aperture.deviations_m.map(|m| m / NODE_M);
-        let of = |k, _| if k < self.nodes { node } else { line };
-        DVector::from_fn(self.right.len(), of)
-    }
-}
+pub type Rectangle = ([i32; 2], [usize; 2]);
 
 impl Splines {
     /// Of what is told about nodes, half a pitch apart where they are halved. Nodes of the rectangles that are not among them are not told.
@@ -123,10 +37,9 @@ impl Splines {
                 let d = usize::from(*d);
                 let (first, _) = all.rectangles[d];
                 let at = along.abs_diff(first[0]) as usize;
-                all.told[d]
-                    .get_mut(at)
-                    .into_iter()
-                    .for_each(|told| *told = true);
+                if let Some(told) = all.told[d].get_mut(at) {
+                    *told = true;
+                }
             }
         }
         let from = information.precision();
@@ -154,11 +67,11 @@ impl Splines {
         }
     }
 
-    /// Logarithm of the evidence of coefficients that are independent of each other.
+    /// Logarithm of the evidence of coefficients that are independent of each other; minus infinity where the precision is no positive matrix.
     pub fn log_evidence(&self) -> f64 {
         let mut precision = self.precision.clone();
         (0..self.right.len()).for_each(|k| precision[(k, k)] += 1.0);
-        of_independent(precision, &self.right)
+        log_evidence(precision, &self.right)
     }
 
     fn place(&self, key: &Key) -> usize {
@@ -200,201 +113,10 @@ fn about(keys: &[Key], direction: u8) -> Rectangle {
     (low, [0, 1].map(|k| high[k].abs_diff(low[k]) as usize + 1))
 }
 
-impl Teeth {
-    /// Under an aperture.
-    pub fn under(splines: &Splines, kernel: &ApertureKernel) -> Self {
-        let windows = [0, 1].map(|k| in_splines(kernel, k, splines.per_pitch));
-        let of = |d: usize, k: usize| {
-            let (first, counts) = splines.rectangles[d];
-            let half = kernel.half_pitches(k);
-            shares(&windows[k], half, first[k], counts[k], splines.per_pitch)
-        };
-        let along = |d: usize| {
-            let is_told = |tooth: &Share| splines.told[d][tooth.splines()].contains(&true);
-            of(d, 0).into_iter().filter(is_told).collect()
-        };
-        let across = |d: usize| {
-            let (teeth, count) = (of(d, 1), splines.rectangles[d].1[1]);
-            let first = teeth.first().map_or(0, |share| share.tooth);
-            let weight = |tooth: usize, spline: usize| teeth[tooth].weight(spline);
-            (first, DMatrix::from_fn(teeth.len(), count, weight))
-        };
-        let [x, y] = [0, 1].map(across);
-        Self {
-            along: [0, 1].map(along),
-            first_across: [x.0, y.0],
-            across: [x.1, y.1],
-        }
-    }
-
-    /// The likeliest displacements, m, with the deviations of teeth that an aperture has. None where the precision is no positive matrix.
-    pub fn likeliest(&self, splines: &Splines, aperture: &Aperture) -> Option<Vec<(Key, f64)>> {
-        let told = self.told(splines);
-        let (precision, right) = told.with_prior(aperture);
-        let amounts = Factor::new(precision)?.solve(&right);
-        let amounts_m = amounts.component_mul(&told.deviations(aperture)) * NODE_M;
-        let (mut nodes, mut lines) = (Vec::new(), Vec::new());
-        for (d, first) in self.first_across.into_iter().enumerate() {
-            for tooth in &self.along[d] {
-                let row = (first..).take(self.across[d].nrows());
-                nodes.extend(row.map(|j| Key::Node(d as u8, [tooth.tooth, j])));
-                lines.push(Key::Line(d as u8, tooth.tooth));
-            }
-        }
-        let keys = nodes.into_iter().chain(lines);
-        Some(keys.zip(amounts_m.iter().copied()).collect())
-    }
-
-    /// What the data tell of the teeth. Cost: the splines' precision is read once.
-    pub fn told(&self, splines: &Splines) -> OfTeeth {
-        let half = self.of_teeth(&splines.precision, splines);
-        let mut right = DVector::zeros(half.nrows());
-        self.of_column(splines.right.as_slice(), right.as_mut_slice(), splines);
-        OfTeeth {
-            precision: self.of_teeth(&half.transpose(), splines),
-            right,
-            nodes: self.nodes(),
-        }
-    }
-
-    /// Number of single teeth.
-    fn nodes(&self) -> usize {
-        let each = self.along.iter().zip(&self.across);
-        each.map(|(along, across)| along.len() * across.nrows())
-            .sum()
-    }
-
-    /// Products of each tooth with columns over the splines.
-    fn of_teeth(&self, columns: &DMatrix<f64>, splines: &Splines) -> DMatrix<f64> {
-        let lines: usize = self.along.iter().map(Vec::len).sum();
-        let mut all = DMatrix::zeros(self.nodes() + lines, columns.ncols());
-        for (of, mut to) in columns.column_iter().zip(all.column_iter_mut()) {
-            if of.iter().any(|amount| *amount != 0.0) {
-                self.of_column(of.as_slice(), to.as_mut_slice(), splines);
-            }
-        }
-        all
-    }
-
-    /// Products of each tooth with one column, into zeros.
-    fn of_column(&self, of: &[f64], to: &mut [f64], splines: &Splines) {
-        let (mut rest, mut to) = (of, to);
-        for (d, (_, [n, m])) in splines.rectangles.iter().enumerate() {
-            let nodes;
-            (nodes, rest) = rest.split_at(n * m);
-            let mut row = vec![0.0; *m];
-            for tooth in &self.along[d] {
-                row.fill(0.0);
-                let told = tooth.splines().zip(&tooth.weights);
-                for (spline, weight) in told.filter(|(spline, _)| splines.told[d][*spline]) {
-                    add(&mut row, *weight, &nodes[spline * m..][..*m]);
-                }
-                let teeth;
-                (teeth, to) = to.split_at_mut(self.across[d].nrows());
-                for (amount, weights) in row.iter().zip(self.across[d].column_iter()) {
-                    add(teeth, *amount, weights.as_slice());
-                }
-            }
-        }
-        let mut to = to.iter_mut();
-        for (along, (_, [n, _])) in self.along.iter().zip(&splines.rectangles) {
-            let lines;
-            (lines, rest) = rest.split_at(*n);
-            for (tooth, to) in along.iter().zip(&mut to) {
-                *to = tooth.of(lines);
-            }
-        }
-    }
-
-    /// Covariance of the splines' coefficients before the data.
-    #[cfg(test)]
-    pub fn covariance(&self, splines: &Splines, aperture: &Aperture) -> DMatrix<f64> {
-        let count = splines.right.len();
-        let root = self.of_teeth(&DMatrix::identity(count, count), splines);
-        let deviations = self.told(splines).deviations(aperture);
-        root.transpose() * DMatrix::from_diagonal(&deviations.map(|d| d * d)) * root
-    }
-}
-
-/// The teeth that are read somewhere between the second spline and the last but one of some.
-fn shares(window: &[f64], half: f64, first: i32, count: usize, per_pitch: i32) -> Vec<Share> {
-    let reach = window.len() as i32 / 2;
-    let pitches = |spline: i32| f64::from(spline) / f64::from(per_pitch);
-    let lowest = (pitches(first + 1) - half).ceil() as i32;
-    let highest = (pitches(first + count as i32 - 2) + half).floor() as i32;
-    let teeth = if count == 0 {
-        0..0
-    } else {
-        lowest..highest + 1
-    };
-    let share = |tooth: i32| {
-        let begin = tooth * per_pitch - reach - first;
-        let before = begin.min(0).unsigned_abs() as usize;
-        let from = begin.max(0) as usize;
-        let weights = window.iter().skip(before);
-        Share {
-            tooth,
-            from,
-            weights: weights.take(count.saturating_sub(from)).copied().collect(),
-        }
-    };
-    teeth.map(share).collect()
-}
-
-/// The splines that come nearest in the mean square to what a tooth adds to readings, about the one that stands at the tooth.
-fn in_splines(kernel: &ApertureKernel, direction: usize, per_pitch: i32) -> Vec<f64> {
-    /// Places between two splines at which products are summed. As was measured, twice as many change a coefficient of the narrowest box by 2e-4 of
-    /// the largest half a pitch apart, and by 4e-3 a pitch apart; of a bell by 1e-5.
-    const PLACES: i32 = 16;
-    /// Splines on either side of the window's. Derived from how coefficients fall off beside it, by 0.27 from one to the next.
-    const BESIDE: i32 = 4;
-    let share = FieldKernel::Aperture(*kernel);
-    let per = f64::from(per_pitch);
-    let reach = (kernel.half_pitches(direction) * per).ceil() as i32 + BESIDE;
-    let at = |k: i32| (f64::from(k) + 0.5) / f64::from(PLACES);
-    let product = |of: i32, with: &dyn Fn(f64) -> f64| -> f64 {
-        let places = -2 * PLACES..2 * PLACES;
-        let each = places.map(|k| cubic_b_spline(at(k)) * with(at(k) + f64::from(of)));
-        each.sum::<f64>()
-    };
-    let count = 2 * reach as usize + 1;
-    let with_splines: Vec<f64> = (0..4).map(|of| product(of, &cubic_b_spline)).collect();
-    let own = DMatrix::from_fn(count, count, |i, j| {
-        with_splines.get(i.abs_diff(j)).copied().unwrap_or(0.0)
-    });
-    let right = (-reach..=reach).map(|of| product(of, &|x| share.weight(direction, x / per)));
-    let right = DVector::from_iterator(count, right);
-    Factor::new(own).map_or_else(Vec::new, |factor| factor.solve(&right).data.into())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// What splines lack of a tooth, as a share of it: half a pitch apart less than 1 %, a pitch apart some percent.
-    #[test]
-    fn splines_come_near_to_a_tooth() {
-        let kernel = ApertureKernel {
-            half_pitches: [3.05, 2.5],
-            edge: 0.98,
-        };
-        for (per_pitch, most) in [(2, 0.008), (1, 0.03)] {
-            let window = in_splines(&kernel, 0, per_pitch);
-            let reach = window.len() as f64 / 2.0 - 0.5;
-            let [mut lacking, mut whole] = [0.0, 0.0];
-            for k in -400..=400 {
-                let place = f64::from(k) * 0.01;
-                let at = place * f64::from(per_pitch);
-                let each = window.iter().enumerate();
-                let found: f64 = each
-                    .map(|(m, c)| c * cubic_b_spline(at + reach - m as f64))
-                    .sum();
-                let wanted = FieldKernel::Aperture(kernel).weight(0, place);
-                lacking += (found - wanted).powi(2);
-                whole += wanted * wanted;
-            }
-            let share = (lacking / whole).sqrt();
-            assert!(share < most && share > 0.1 * most, "{per_pitch}: {share}");
-        }
-    }
+/// Logarithm of the evidence of independent unknowns of unit deviation, by their precision with that of the prior and the right side; minus
+/// infinity where that is no positive matrix (Rasmussen and Williams 2006, section 5.4).
+pub fn log_evidence(precision: DMatrix<f64>, right: &DVector<f64>) -> f64 {
+    Factor::new(precision).map_or(f64::NEG_INFINITY, |factor| {
+        0.5 * right.dot(&factor.solve(right)) - factor.half_log_determinant()
+    })
 }

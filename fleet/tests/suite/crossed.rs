@@ -192,7 +192,7 @@ fn errors_are_no_larger_than_predicted() {
 /// Eight couriers over each of six platens: what is asked of fields and waves is a tenth over the Cramér-Rao bound (van Trees 1968, with the
 /// priors), which knows the readings' noise. The aperture is among its unknowns.
 #[test]
-#[ignore = "nightly: seven minutes"]
+#[ignore = "nightly: three minutes of processor time"]
 fn eight_couriers_reach_the_bound() {
     let [predicted, [field, _, waves]] = judged(8, 164..170, 250);
     for squares in predicted {
