@@ -7,13 +7,14 @@
 //! ½ rᵀ A S M⁻¹ S Aᵀ r − ½ ln det M (Rasmussen and Williams 2006, section 5.4): the teeth are integrated out, and no pose is looked at again. The
 //! couriers of a fit are taken to be of one make, so one aperture is estimated from all of them over all platens.
 
+use crate::asked::Asked;
 use crate::field_information::FieldInformation;
 use crate::form::{Aperture, EDGE, HALF_PITCHES, spread};
 use crate::key::{Key, Platen};
 use crate::splines::Splines;
 use crate::state::State;
 use crate::sums::Sums;
-use crate::teeth::{OfTeeth, Teeth};
+use crate::teeth::{Blocks, OfTeeth, Teeth};
 use std::collections::BTreeMap;
 use std::f64::consts::LN_2;
 use tooth_field::{ApertureKernel, Lattice};
@@ -213,18 +214,19 @@ fn climbed(
     best
 }
 
-/// The evidence of guesses by what the data tell of the splines. What they tell of teeth is kept for the last kernel: sizes alone change nothing
-/// of it.
+/// The evidence of guesses by what the data tell of the splines.
 struct Evidence<'a> {
-    splines: &'a [Splines],
-    last: Option<(ApertureKernel, Vec<OfTeeth>)>,
+    splines: Vec<(&'a Splines, Blocks)>,
+    /// What they tell of each platen's teeth under a kernel: sizes alone change nothing of it.
+    told: Asked<ApertureKernel, Vec<OfTeeth>>,
 }
 
 impl<'a> Evidence<'a> {
     fn of(splines: &'a [Splines]) -> Self {
+        let each = splines.iter();
         Self {
-            splines,
-            last: None,
+            splines: each.map(|of| (of, Blocks::of(of))).collect(),
+            told: Asked::new(),
         }
     }
 
@@ -235,16 +237,13 @@ impl<'a> Evidence<'a> {
         }
         let aperture = told_aperture(guess);
         let kernel = aperture.kernel;
-        let told = match self.last.take() {
-            Some((of, told)) if of == kernel => told,
-            _ => {
-                let each = self.splines.iter();
-                each.map(|splines| Teeth::under(splines, &kernel).told(splines))
-                    .collect()
-            }
-        };
+        let splines = &mut self.splines;
+        let told = self.told.get(kernel, || {
+            let each = splines.iter_mut();
+            each.map(|(of, blocks)| Teeth::under(of, &kernel).told(of, blocks, &kernel))
+                .collect()
+        });
         let of_data: f64 = told.iter().map(|told| told.log_evidence(&aperture)).sum();
-        self.last = Some((kernel, told));
         let sizes: f64 = guess[3..]
             .iter()
             .map(|s| (s / SIZE_DEVIATION).powi(2))

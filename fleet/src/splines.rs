@@ -1,5 +1,6 @@
 //! What the data tell of a platen's two fields of splines.
 
+use crate::blocks::{KINDS, Told};
 use crate::field_information::FieldInformation;
 use crate::key::Key;
 use nalgebra::{DMatrix, DVector};
@@ -72,6 +73,23 @@ impl Splines {
         let mut precision = self.precision.clone();
         (0..self.right.len()).for_each(|k| precision[(k, k)] += 1.0);
         log_evidence(precision, &self.right)
+    }
+
+    /// Which of them are told, by kind.
+    pub fn kinds(&self) -> [Told; KINDS] {
+        let mut first = 0;
+        std::array::from_fn(|kind| {
+            let (_, [along, nodes]) = self.rectangles[kind % 2];
+            let across = if kind < 2 { nodes } else { 1 };
+            let told = self.told[kind % 2].iter().enumerate();
+            let told = Told {
+                first,
+                across,
+                along: told.filter(|(_, is)| **is).map(|(i, _)| i).collect(),
+            };
+            first += along * across;
+            told
+        })
     }
 
     fn place(&self, key: &Key) -> usize {

@@ -1,5 +1,7 @@
 //! Teeth under an aperture, as sums of splines: what the data tell of the splines they tell of the teeth.
 
+use crate::asked::Asked;
+use crate::blocks::{Block, KINDS, Weights};
 use crate::form::Aperture;
 use crate::key::Key;
 use crate::splines::{Splines, log_evidence};
@@ -12,11 +14,11 @@ use tooth_map::{FieldKernel, NODE_M};
 /// Teeth that are under an aperture somewhere over the splines, as sums of these.
 pub struct Teeth {
     /// Of each direction's field: along, those of which the data tell something.
-    along: [Vec<Share>; 2],
-    /// Across: a row for each tooth, a column for each spline.
-    across: [DMatrix<f64>; 2],
+    along: [Vec<i32>; 2],
     /// The first tooth across of each.
     first_across: [i32; 2],
+    /// Of each kind: whole lines have one tooth across, and one spline.
+    weights: [Weights; KINDS],
 }
 
 /// A tooth as a sum of splines: their weights from one of them on, all others being 0.
@@ -40,22 +42,11 @@ impl Share {
     fn splines(&self) -> Range<usize> {
         self.from..self.from + self.weights.len()
     }
-
-    /// The sum of amounts of all splines, by its weights.
-    fn of(&self, amounts: &[f64]) -> f64 {
-        let each = self.weights.iter().zip(&amounts[self.from..]);
-        each.map(|(weight, amount)| weight * amount).sum()
-    }
-}
-
-/// Adds so many times some amounts to a sum of as many.
-fn add(sum: &mut [f64], times: f64, amounts: &[f64]) {
-    let each = sum.iter_mut().zip(amounts);
-    each.for_each(|(sum, amount)| *sum += times * amount);
 }
 
 /// What the data tell of teeth, in the tooth map's prior deviations: single ones first, then whole lines.
 pub struct OfTeeth {
+    /// Its lower triangle.
     precision: DMatrix<f64>,
     right: DVector<f64>,
     /// How many of them are single teeth.
@@ -63,7 +54,7 @@ pub struct OfTeeth {
 }
 
 impl OfTeeth {
-    /// Precision and right side of the teeth, each in its own deviation under an aperture, with that of their prior. Cost: the square of their
+    /// Precision, of which the lower triangle is filled, and right side of the teeth, each in its own deviation under an aperture, with that of their prior. Cost: the square of their
     /// number.
     pub fn with_prior(&self, aperture: &Aperture) -> (DMatrix<f64>, DVector<f64>) {
         let deviations = self.deviations(aperture);
@@ -91,6 +82,30 @@ impl OfTeeth {
     }
 }
 
+/// A precision in blocks, and the same with teeth across, which half the aperture across and its edge determine.
+pub struct Blocks {
+    splines: Vec<Block>,
+    across: Asked<[f64; 2], Vec<Block>>,
+}
+
+impl Blocks {
+    /// Of some splines.
+    pub fn of(splines: &Splines) -> Self {
+        Self {
+            splines: Block::all(&splines.precision, &splines.kinds()),
+            across: Asked::new(),
+        }
+    }
+
+    /// With teeth across under an aperture.
+    fn across(&mut self, kernel: &ApertureKernel, weights: &[Weights; KINDS]) -> &[Block] {
+        let each = self.splines.iter();
+        let key = [kernel.half_pitches[1], kernel.edge];
+        let make = || each.map(|block| block.across(weights)).collect();
+        self.across.get(key, make)
+    }
+}
+
 impl Teeth {
     /// Under an aperture.
     pub fn under(splines: &Splines, kernel: &ApertureKernel) -> Self {
@@ -100,27 +115,37 @@ impl Teeth {
             let half = kernel.half_pitches(k);
             shares(&windows[k], half, first[k], counts[k], splines.per_pitch)
         };
-        let along = |d: usize| {
-            let is_told = |tooth: &Share| splines.told[d][tooth.splines()].contains(&true);
-            of(d, 0).into_iter().filter(is_told).collect()
-        };
-        let across = |d: usize| {
-            let (teeth, count) = (of(d, 1), splines.rectangles[d].1[1]);
-            let first = teeth.first().map_or(0, |share| share.tooth);
-            let weight = |tooth: usize, spline: usize| teeth[tooth].weight(spline);
-            (first, DMatrix::from_fn(teeth.len(), count, weight))
-        };
-        let [x, y] = [0, 1].map(across);
+        let along = [0, 1].map(|d| {
+            let mut teeth = of(d, 0);
+            teeth.retain(|tooth| splines.told[d][tooth.splines()].contains(&true));
+            teeth
+        });
+        let across = [0, 1].map(|d| of(d, 1));
+        let told = splines.kinds();
+        let weights = std::array::from_fn(|kind| {
+            let (teeth, told) = (&along[kind % 2], &told[kind]);
+            let weight = |spline: usize, tooth: usize| teeth[tooth].weight(told.along[spline]);
+            let of_lines = || DMatrix::from_element(1, 1, 1.0);
+            let of_nodes = || {
+                let teeth = &across[kind];
+                let weight = |tooth: usize, spline: usize| teeth[tooth].weight(spline);
+                DMatrix::from_fn(teeth.len(), told.across, weight)
+            };
+            Weights {
+                along: DMatrix::from_fn(told.along.len(), teeth.len(), weight),
+                across: if kind < 2 { of_nodes() } else { of_lines() },
+            }
+        });
         Self {
-            along: [0, 1].map(along),
-            first_across: [x.0, y.0],
-            across: [x.1, y.1],
+            along: along.map(|teeth| teeth.iter().map(|share| share.tooth).collect()),
+            first_across: across.map(|teeth| teeth.first().map_or(0, |share| share.tooth)),
+            weights,
         }
     }
 
     /// The likeliest displacements, m, with the deviations of teeth that an aperture has. None where the precision is no positive matrix.
     pub fn likeliest(&self, splines: &Splines, aperture: &Aperture) -> Option<Vec<(Key, f64)>> {
-        let told = self.told(splines);
+        let told = self.told(splines, &mut Blocks::of(splines), &aperture.kernel);
         let (precision, right) = told.with_prior(aperture);
         let amounts = Factor::new(precision)?.solve(&right);
         let amounts_m = amounts.component_mul(&told.deviations(aperture)) * NODE_M;
@@ -137,83 +162,53 @@ impl Teeth {
         let (mut nodes, mut lines) = (Vec::new(), Vec::new());
         for (d, first) in self.first_across.into_iter().enumerate() {
             for tooth in &self.along[d] {
-                let row = (first..).take(self.across[d].nrows());
-                nodes.extend(row.map(|j| Key::Node(d as u8, [tooth.tooth, j])));
-                lines.push(Key::Line(d as u8, tooth.tooth));
+                let row = (first..).take(self.weights[d].across.nrows());
+                nodes.extend(row.map(|j| Key::Node(d as u8, [*tooth, j])));
+                lines.push(Key::Line(d as u8, *tooth));
             }
         }
         nodes.extend(lines);
         nodes
     }
 
-    /// What the data tell of the teeth. Cost: for each number of the splines' precision about as many products as a tooth is splines wide.
-    pub fn told(&self, splines: &Splines) -> OfTeeth {
-        let half = self.of_teeth(&splines.precision, splines);
-        let mut right = DVector::zeros(half.nrows());
-        self.of_column(splines.right.as_slice(), right.as_mut_slice(), splines);
+    /// What the data tell of the teeth, which are those under this kernel, by the precision in blocks.
+    pub fn told(&self, splines: &Splines, blocks: &mut Blocks, kernel: &ApertureKernel) -> OfTeeth {
+        let counts = self
+            .weights
+            .each_ref()
+            .map(|of| of.along.ncols() * of.across.nrows());
+        let firsts = std::array::from_fn(|kind| counts[..kind].iter().sum());
+        let count = counts.iter().sum();
+        let mut precision = DMatrix::zeros(count, count);
+        for block in blocks.across(kernel, &self.weights) {
+            block.along(&self.weights, &firsts, &mut precision);
+        }
+        let mut right = Vec::with_capacity(count);
+        for (of, told) in self.weights.iter().zip(splines.kinds()) {
+            let teeth = &of.across * told.of(splines.right.as_slice()) * &of.along;
+            right.extend(teeth.iter());
+        }
         OfTeeth {
-            precision: self.of_teeth(&half.transpose(), splines),
-            right,
-            nodes: self.nodes(),
+            precision,
+            right: right.into(),
+            nodes: counts[0] + counts[1],
         }
     }
 
-    /// Number of single teeth.
-    fn nodes(&self) -> usize {
-        let each = self.along.iter().zip(&self.across);
-        each.map(|(along, across)| along.len() * across.nrows())
-            .sum()
-    }
-
-    /// Products of each tooth with columns over the splines.
-    fn of_teeth(&self, columns: &DMatrix<f64>, splines: &Splines) -> DMatrix<f64> {
-        let lines: usize = self.along.iter().map(Vec::len).sum();
-        let mut all = DMatrix::zeros(self.nodes() + lines, columns.ncols());
-        for (of, mut to) in columns.column_iter().zip(all.column_iter_mut()) {
-            if of.iter().any(|amount| *amount != 0.0) {
-                self.of_column(of.as_slice(), to.as_mut_slice(), splines);
-            }
-        }
-        all
-    }
-
-    /// Products of each tooth with one column, into zeros.
-    fn of_column(&self, of: &[f64], to: &mut [f64], splines: &Splines) {
-        let (mut rest, mut to) = (of, to);
-        for (d, (_, [n, m])) in splines.rectangles.iter().enumerate() {
-            let nodes;
-            (nodes, rest) = rest.split_at(n * m);
-            let mut row = vec![0.0; *m];
-            for tooth in &self.along[d] {
-                row.fill(0.0);
-                let told = tooth.splines().zip(&tooth.weights);
-                for (spline, weight) in told.filter(|(spline, _)| splines.told[d][*spline]) {
-                    add(&mut row, *weight, &nodes[spline * m..][..*m]);
-                }
-                let teeth;
-                (teeth, to) = to.split_at_mut(self.across[d].nrows());
-                for (amount, weights) in row.iter().zip(self.across[d].column_iter()) {
-                    add(teeth, *amount, weights.as_slice());
-                }
-            }
-        }
-        let mut to = to.iter_mut();
-        for (along, (_, [n, _])) in self.along.iter().zip(&splines.rectangles) {
-            let lines;
-            (lines, rest) = rest.split_at(*n);
-            for (tooth, to) in along.iter().zip(&mut to) {
-                *to = tooth.of(lines);
-            }
-        }
-    }
-
-    /// Covariance of the splines' coefficients before the data.
+    /// Covariance of the splines' coefficients before the data, where all of them are told.
     #[cfg(test)]
     pub fn covariance(&self, splines: &Splines, aperture: &Aperture) -> DMatrix<f64> {
         let count = splines.right.len();
-        let root = self.of_teeth(&DMatrix::identity(count, count), splines);
-        let deviations = self.told(splines).deviations(aperture);
-        root.transpose() * DMatrix::from_diagonal(&deviations.map(|d| d * d)) * root
+        let [node, line] = aperture.deviations_m.map(|m| m / NODE_M);
+        let mut covariance = DMatrix::zeros(count, count);
+        for (kind, (of, told)) in self.weights.iter().zip(splines.kinds()).enumerate() {
+            let root =
+                of.along.kronecker(&of.across.transpose()) * if kind < 2 { node } else { line };
+            let mut own =
+                covariance.view_mut((told.first, told.first), (root.nrows(), root.nrows()));
+            own.copy_from(&(&root * root.transpose()));
+        }
+        covariance
     }
 }
 
@@ -338,11 +333,12 @@ mod tests {
         let teeth = Teeth::under(&splines, &kernel);
         let keys = teeth.keys();
         let dense: Vec<DVector<f64>> = keys.iter().map(dense).collect();
-        let told = teeth.told(&splines).precision;
+        let told = teeth.told(&splines, &mut Blocks::of(&splines), &kernel);
+        let told = told.precision;
         assert_eq!(told.ncols(), keys.len());
         for (j, of) in dense.iter().enumerate() {
             let column = &splines.precision * of;
-            for (i, by) in dense.iter().enumerate() {
+            for (i, by) in dense.iter().enumerate().skip(j) {
                 let wanted = by.dot(&column);
                 assert!((told[(i, j)] - wanted).abs() < 1e-10, "{i} {j}");
             }
