@@ -27,6 +27,9 @@ pub struct Beginning {
     pub lever_m: [f64; 2],
     /// See [`Self::lever_m`].
     pub span_m: f64,
+    /// Where it is seen from the platen sensor at angle zero, from the recording's count zero, m: b = o' + l. Recordings of one courier have one lever
+    /// arm, so that their beacons are as far apart as these, whatever each takes the arm for.
+    pub seen_m: [f64; 2],
     /// The beacon's place over the teeth, from the recording's count zero, m: o' of equation (11).
     pub beacon_m: [f64; 2],
     /// Its predicted deviation, m: that of the lever arm, above all.
@@ -98,6 +101,7 @@ pub fn begin(member: &Member) -> Result<Beginning> {
     Ok(Beginning {
         recording: member.recording.clone(),
         placed,
+        seen_m: beacon.each_ref().map(|f| value(&f[..1])),
         pitch_m: member.setup.pitch_m,
         lever_m: member.setup.lever_m,
         span_m: member.setup.span_m,

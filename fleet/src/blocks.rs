@@ -4,7 +4,7 @@
 
 use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut};
 
-/// Kinds of splines, and of teeth: single ones of x's field and of y's, then whole lines of both.
+/// Kinds of splines, and of teeth. By definition four: single ones of x's field and of y's, then whole lines of both.
 pub const KINDS: usize = 4;
 
 /// Where the splines of one kind are that the data tell something of.

@@ -93,11 +93,23 @@ fn check_pitch(beginning: &Beginning, first: &Beginning) -> Result<()> {
     Ok(())
 }
 
+/// Teeth along an axis by which the platen's count is ahead, by the beacon alone.
+fn teeth_ahead(first: &Beginning, other: &Beginning, axis: usize) -> f64 {
+    let place_m = |of: &Beginning| {
+        if first.placed.courier == other.placed.courier {
+            of.seen_m[axis]
+        } else {
+            of.beacon_m[axis]
+        }
+    };
+    (place_m(first) - place_m(other)) / first.pitch_m
+}
+
 /// Whole numbers of teeth along an axis by which the platen's count may be ahead.
 fn candidates(first: &Beginning, other: &Beginning, axis: usize) -> std::ops::RangeInclusive<i32> {
-    let teeth = (first.beacon_m[axis] - other.beacon_m[axis]) / first.pitch_m;
+    let teeth = teeth_ahead(first, other, axis);
     let off_m = if first.placed.courier == other.placed.courier {
-        // The same arm, and so the same error.
+        // The same arm, which is in what is compared.
         0.0
     } else {
         // What a recording alone tells of its span rests on how smooth teeth are taken to be: it is not believed below what a span may be off.
@@ -123,7 +135,7 @@ fn shift(known: &Known, other: &Beginning, field: &FieldInformation) -> Result<[
     let mut tried: Vec<([i32; 2], f64)> = tried.collect();
     tried.sort_by(|a, b| b.1.total_cmp(&a.1));
     let off = [0, 1].map(|axis| {
-        let teeth = (known.first.beacon_m[axis] - other.beacon_m[axis]) / known.first.pitch_m;
+        let teeth = teeth_ahead(known.first, other, axis);
         format!("{:+.2}", teeth - teeth.round())
     });
     let &[(best, log_best), ref rest @ ..] = tried.as_slice() else {

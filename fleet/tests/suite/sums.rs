@@ -1,7 +1,7 @@
 //! Sums add in any grouping, parts are files, and recordings that do not go together are refused.
 
 use crate::simulated::member;
-use fleet::{Key, Member, Part, Platen, State, begin, fit, sums_of};
+use fleet::{Key, Member, Part, Platen, State, begin, fit, register, sums_of};
 
 fn three() -> [Member; 3] {
     [(1, 5), (2, 5), (3, 5)].map(|(c, platen)| member(c, platen, 10 * platen + c, 130, 1.5))
@@ -134,6 +134,19 @@ fn another_platen_of_the_same_name_is_refused() {
         told.contains("another platen") || told.contains("whole teeth"),
         "{told}"
     );
+}
+
+/// Two recordings of one courier take its lever arm for different ones, by up to half a tooth; their beacons are compared without it.
+#[test]
+fn recordings_of_one_courier_are_laid_over_each_other() {
+    let first = begin(&member(1, 5, 8, 130, 1.5)).unwrap();
+    let second = begin(&member(1, 5, 9, 130, 1.5)).unwrap();
+    let apart = [0, 1].map(|k| (first.beacon_m[k] - second.beacon_m[k]) / first.pitch_m);
+    // More than is tried about a whole number.
+    assert!(apart[0].abs() > 0.25, "{apart:?}");
+    let name = second.recording.clone();
+    let state = register(&[first, second]).unwrap();
+    assert_eq!(state.shift_teeth(&name), [0, 0]);
 }
 
 /// A beacon that was moved by part of a tooth leaves no shift under which the same courier's places are right.
