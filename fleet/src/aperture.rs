@@ -32,8 +32,8 @@ const FIRST_STEP: f64 = 0.16;
 /// The last step while the noise is that of splines a pitch apart, and the first by less noise. Derived from [`FIRST_STEP`] and [`LAST_STEP`]: between
 /// both, two halvings either way.
 const MIDDLE_STEP: f64 = 0.04;
-/// The search ends where a step this short has gained nothing. Derived from the neighbours that are looked at when the aperture is refined
-/// (`crate::refine`): as far away.
+/// The search ends where a step this short has gained nothing. Derived from the neighbours between which a straight line holds
+/// (`crate::neighbours`): as far away.
 const LAST_STEP: f64 = 0.01;
 /// Step of the logarithm of a spread to the apertures that one may be taken for: fields under both are alike at the teeth. Derived from [`HALVES`]: a
 /// third more or less.

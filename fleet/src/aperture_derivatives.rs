@@ -5,7 +5,7 @@ use crate::form::{EDGE, HALF_PITCHES};
 use crate::key::Key;
 use crate::linearised::AtState;
 use crate::member::Member;
-use crate::refine::{COORDINATES, neighbours};
+use crate::neighbours::{COORDINATES, neighbours};
 use crate::state::State;
 use tooth_map::Linear;
 

@@ -66,7 +66,6 @@ pub fn begin(member: &Member) -> Result<Beginning> {
         sensors: sensors_of(member, &unknowns, &fit.values),
         // One recording tells too little of an aperture: it is not looked for.
         is_aperture_told: true,
-        is_refined: true,
         ..State::default()
     };
     let plain = state.clone();

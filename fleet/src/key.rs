@@ -37,7 +37,7 @@ pub enum Key {
     Recording(Name, u16),
     /// Unknown of a courier, by its number among the tooth map's unknowns, or [`SPAN`], [`SPANS_APART`].
     Courier(Name, u16),
-    /// The aperture of the make's segments, by the number of its coordinate (`refine.rs`). The bound has it among its unknowns; a fit takes it
+    /// The aperture of the make's segments, by the number of its coordinate (`neighbours.rs`). The bound has it among its unknowns; a fit takes it
     /// from the evidence.
     Aperture(u8),
 }

@@ -15,8 +15,7 @@
 //!
 //! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
 //! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state; once the
-//! fields are near, `halved` `splines` tell the likeliest `aperture` by `blocks`, and its `teeth` take their place; over large fields splines a pitch apart tell
-//! it, and `refine` brings it nearer) -> `passes` (until settled; the bound, with
+//! fields are near, `halved` `splines` tell the likeliest `aperture` by `blocks`, and its `teeth` take their place) -> `passes` (until settled; the bound, with
 //! `aperture_derivatives`) -> `judge` (held-out poses) -> `answer`, with each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
 
 mod answer;
@@ -34,9 +33,9 @@ mod judge;
 mod key;
 mod linearised;
 mod member;
+mod neighbours;
 mod part;
 mod passes;
-mod refine;
 mod register;
 mod shown;
 mod solve;

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Version of the file. By definition of its layout.
-const VERSION: u64 = 5;
+const VERSION: u64 = 6;
 
 /// What some recordings give: what each says by itself, before there is a state; their sums at a state, once there is one.
 #[derive(Clone, Debug, Serialize, Deserialize)]

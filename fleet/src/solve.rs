@@ -39,9 +39,6 @@ pub struct Solution {
     pub decrement: f64,
     /// Squares of what is left at the state, and of the unknowns' distances from their priors: what the steps make small.
     pub objective: f64,
-    /// Logarithm of the probability density of the readings, where nothing bends, but for what all states have in common: that of
-    /// the objective behind the step, less half the logarithm of the precisions' determinant, in prior deviations.
-    pub log_evidence: f64,
     /// What the data leave open.
     pub posterior: Posterior,
 }
@@ -93,7 +90,6 @@ pub fn solve(sums: &BTreeMap<Platen, Sums>, state: &State, damping: f64) -> Resu
         .context("the couriers: found a reading that is no number, wanted none")?;
     let of_couriers = factor.solve(&right);
     let mut decrement = right.dot(&of_couriers);
-    let mut half_logs = factor.half_log_determinant();
     let unit = |prior: &Prior| prior.deviation;
     let mut steps: Vec<(Platen, Key, f64)> = couriers
         .iter()
@@ -107,13 +103,6 @@ pub fn solve(sums: &BTreeMap<Platen, Sums>, state: &State, damping: f64) -> Resu
         .collect();
     for ((platen, eliminated), forward) in platens.iter().zip(forwards) {
         decrement += forward.norm_squared();
-        // The diagonal of an inverse is that of the inverses.
-        half_logs -= eliminated
-            .half
-            .diagonal()
-            .iter()
-            .map(|v| v.ln())
-            .sum::<f64>();
         let left = forward - &eliminated.with_couriers * &of_couriers;
         let own = eliminated.half.tr_mul(&left);
         let step = eliminated.own.iter();
@@ -126,7 +115,6 @@ pub fn solve(sums: &BTreeMap<Platen, Sums>, state: &State, damping: f64) -> Resu
         steps,
         decrement,
         objective,
-        log_evidence: -0.5 * (objective - decrement) - half_logs,
         posterior: Posterior {
             platens,
             couriers: couriers.collect(),

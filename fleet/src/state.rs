@@ -3,7 +3,6 @@
 use crate::form::Aperture;
 use crate::key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
 use crate::member::Member;
-use crate::refine::Round;
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -20,7 +19,7 @@ const RULING: f64 = 3.0e-6 / 5.0e-3;
 const BOW_PER_M: f64 = 3.0e-6 / (2.5e-3 * 2.5e-3);
 
 /// Version of a state's file. By definition of its layout.
-pub const STATE_VERSION: u64 = 5;
+pub const STATE_VERSION: u64 = 6;
 
 /// What is known of an unknown before the data, in its own unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -61,12 +60,6 @@ pub struct State {
     pub is_aperture_told: bool,
     /// How the segments read teeth; without it, fields are cubic B-splines.
     pub aperture: Option<Aperture>,
-    /// Rounds that refine it, and the one that is under way.
-    pub rounds: u32,
-    /// See [`Self::rounds`].
-    pub round: Option<Round>,
-    /// Whether no further round is asked for.
-    pub is_refined: bool,
     /// How often the noise was told.
     pub noise_told: u32,
     /// Noise of a segment and of a displacement that weighs each recording, m.

@@ -3,7 +3,6 @@
 use crate::aperture::{WithTeeth, likeliest, likeliest_of};
 use crate::halved::{can_be_halved, halved};
 use crate::key::{Key, Name, Platen};
-use crate::refine::{Next, begun};
 use crate::shown::{Shown, Spent};
 use crate::solve::{Solution, solve};
 use crate::state::State;
@@ -19,10 +18,10 @@ const SETTLED_FOR_NOISE: f64 = 1.0;
 /// How often it is told. By definition twice: from a fit with too large a noise, and from one with the noise of that.
 const NOISE_TOLD: u32 = 2;
 
-/// Whether a step from a state is too short to count, with the noise that shows and the aperture looked for and refined.
+/// Whether a step from a state is too short to count, with the noise that shows and the aperture looked for.
 #[must_use]
 pub fn is_settled(state: &State, solution: &Solution) -> bool {
-    let is_told = state.is_aperture_told && state.is_refined && state.noise_told >= NOISE_TOLD;
+    let is_told = state.is_aperture_told && state.noise_told >= NOISE_TOLD;
     is_told && solution.decrement < SETTLED
 }
 
@@ -48,10 +47,6 @@ pub fn advanced(
     solution: &Solution,
     shown: impl IntoIterator<Item = (Name, Shown)>,
 ) -> Result<State> {
-    if let Some(round) = &state.round {
-        let next = round.clone().told(solution.log_evidence, state.rounds);
-        return Ok(refined(next, state));
-    }
     if state.is_halved {
         return Ok(by_halves(sums, state, solution, shown));
     }
@@ -60,21 +55,11 @@ pub fn advanced(
         return Ok(if sums.values().all(can_be_halved) {
             halved(state)
         } else {
-            under(likeliest_of(&likeliest(sums, state), sums, state), state)
+            under(None, state)
         });
     }
     if is_near && state.noise_told < NOISE_TOLD {
         return Ok(with_noise(state, solution, shown));
-    }
-    if is_near && !state.is_refined {
-        return Ok(match &state.aperture {
-            Some(aperture) => refined(begun(aperture, solution.log_evidence, state.rounds), state),
-            None => State {
-                is_refined: true,
-                steps: state.steps + 1,
-                ..state.clone()
-            },
-        });
     }
     let mut next = match &state.before {
         Some((left, before)) if solution.objective > *left => {
@@ -92,28 +77,6 @@ pub fn advanced(
     next.damping = LESS * state.damping;
     next.before = Some((solution.objective, Box::new(before)));
     Ok(next)
-}
-
-/// The state under the next aperture that is looked at, or behind a round. Under another aperture the noise is told once more.
-fn refined(after: Next, state: &State) -> State {
-    let mut next = state.clone();
-    next.steps += 1;
-    next.before = None;
-    let (round, aperture) = match after {
-        Next::Look(round, neighbour) => (Some(round), neighbour),
-        Next::Move(aperture) => {
-            next.rounds += 1;
-            next.noise_told = NOISE_TOLD - 1;
-            (None, aperture)
-        }
-        Next::Stay(aperture) => {
-            next.is_refined = true;
-            (None, aperture)
-        }
-    };
-    next.round = round;
-    next.aperture = Some(aperture);
-    next
 }
 
 /// The same state with the noise that the poses show.
@@ -176,8 +139,6 @@ fn under(found: Option<WithTeeth>, state: &State) -> State {
         next.aperture = Some(aperture);
         next.platens.extend(teeth);
         next.noise_told = NOISE_TOLD - 1;
-        // What halved splines lack is less than what the aperture's own form does: they have told it as well as teeth could.
-        next.is_refined = state.is_halved;
     } else if state.is_halved {
         next.noise_m.clear();
         next.noise_told = 0;
