@@ -12,7 +12,6 @@ use crate::linearization::calibrate::calibrate;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::recording::{Amplitudes, LinearizedRecording};
 use effects::sensor::Clip;
-use rayon::prelude::*;
 use recording::Recording;
 use std::sync::Arc;
 
@@ -132,9 +131,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     let overstated = crate::data::adequacy::overstated(&linearized);
     let amplitudes = Arc::new(linearized.amplitudes_explained());
     drop(linearized);
-    let mut clips = [None; 4];
-    let each = clips.par_iter_mut().enumerate();
-    each.for_each(|(segment, clip)| *clip = crate::data::clip::in_counts(&observations, segment));
+    let clips = crate::data::clip::in_counts(&observations);
     let stuck = crate::data::clip::stuck(&observations, &clips);
     let count = stuck.iter().filter(|s| **s).count();
     if count > 0 {

@@ -233,8 +233,45 @@ fn curve(p: &FigureParameters) -> Vec<[f64; 2]> {
     curve
 }
 
-/// A clip with soft rails, if the figure is bent as by nothing else: beside the hard rails that were found, or a whole ellipse.
-pub(super) fn find(pairs: &[[f64; 2]], hard: Option<(&Clip, f64)>) -> Option<Clip> {
+/// What the figure of a pair leaves, in squares over the readings' scatter.
+pub(super) struct Bend {
+    /// Parts of the turn that were seen.
+    parts: f64,
+    /// Squares that a whole ellipse leaves, or one that is cut hard.
+    whole: f64,
+    /// Squares that the best soft rails leave, and the clip that they are.
+    soft: Option<(f64, Clip)>,
+}
+
+impl Bend {
+    /// Squares that soft rails take off.
+    fn gain(&self) -> f64 {
+        self.soft
+            .as_ref()
+            .map_or(0.0, |(left, _)| self.whole - left)
+    }
+
+    /// Squares that are left, by soft rails where there may be some.
+    fn left(&self) -> f64 {
+        self.soft.as_ref().map_or(self.whole, |(left, _)| *left)
+    }
+}
+
+/// The clips of those pairs whose figures are bent as by nothing else. Other causes bend figures as well, a gap that varies with the place most
+/// of all, and those of all pairs alike: what the figures leave in the mean is the scatter that a clip is seen by, where that is more than the
+/// readings' own.
+pub(super) fn clips(bends: &[Option<Bend>]) -> Vec<Option<Clip>> {
+    let seen = || bends.iter().flatten();
+    let parts: f64 = seen().map(|bend| bend.parts).sum();
+    let left: f64 = seen().map(Bend::left).sum();
+    let scatter = (left / parts.max(1.0)).max(1.0);
+    let stands_out = |bend: &&Bend| bend.gain() > CLIP_SQUARES * scatter;
+    let clip = |bend: &Option<Bend>| bend.as_ref().filter(stands_out)?.soft.as_ref().map(|s| s.1);
+    bends.iter().map(clip).collect()
+}
+
+/// What the figure of a pair leaves, beside the hard rails that were found, or as a whole ellipse.
+pub(super) fn bend(pairs: &[[f64; 2]], hard: Option<(&Clip, f64)>) -> Option<Bend> {
     let seen = MeasuredFigure::of(pairs)?;
     let radius = seen.0.iter().map(|s| s[1]).sum::<f64>() / seen.0.len() as f64;
     let mut whole = FigureParameters::zeros();
@@ -270,8 +307,13 @@ pub(super) fn find(pairs: &[[f64; 2]], hard: Option<(&Clip, f64)>) -> Option<Cli
         None => seen.fitted(whole, &all[..RAILS]).1,
     };
     let chance = seen.0.len() as f64;
+    let mut bend = Bend {
+        parts: chance,
+        whole: before,
+        soft: None,
+    };
     if before - chance < CLIP_SQUARES {
-        return None;
+        return Some(bend);
     }
     let fits = starts.into_iter().map(|start| seen.fitted(start, &all));
     let (p, after) = fits.min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -282,12 +324,16 @@ pub(super) fn find(pairs: &[[f64; 2]], hard: Option<(&Clip, f64)>) -> Option<Cli
         after / chance,
         p.as_slice()
     ));
-    let gain = before - after;
-    if gain < CLIP_SQUARES || gain < FIGURE_SHARE * (before - chance) || p[KNEE] < Clip::HARD {
-        return None;
+    if before - after > FIGURE_SHARE * (before - chance) && p[KNEE] >= Clip::HARD {
+        bend.soft = clip(&p).map(|clip| (after, clip));
     }
+    Some(bend)
+}
+
+/// The clip that some parameters are, if its rails cut anything off.
+fn clip(p: &FigureParameters) -> Option<Clip> {
     let pair = [p[1], p[2], p[3], p[4]];
-    let levels = rails(&p).map(|ends| ends.map(Some));
+    let levels = rails(p).map(|ends| ends.map(Some));
     Some(Clip {
         rails: cutting(levels, &pair, p[KNEE])?,
         pair,
@@ -336,11 +382,16 @@ mod tests {
         (mean(&|i| error(i).powi(2)) - level - known.sum::<f64>()).sqrt()
     }
 
+    /// The clip of a pair beside which no other is.
+    fn find(pairs: &[[f64; 2]]) -> Option<Clip> {
+        clips(&[bend(pairs, None)])[0]
+    }
+
     #[test]
     fn rails_and_knee_are_told_by_the_figure() {
         for (rail, knee) in [(0.75, 0.06), (0.8, 0.1)] {
             let soft = |v| saturated(v, [-rail, rail], knee);
-            let found = find(&pairs(3, 0.0, soft), None).expect("a bent figure");
+            let found = find(&pairs(3, 0.0, soft)).expect("a bent figure");
             let drawn = Clip {
                 rails: [[-rail, rail]; 2],
                 knee,
@@ -357,18 +408,44 @@ mod tests {
     fn a_wide_knee_is_seen() {
         for knee in [0.2, 0.4, 0.5] {
             let soft = |v| saturated(v, [-0.7, 0.7], knee);
-            let found = find(&pairs(3, 0.0, soft), None).expect("a bent figure");
+            let found = find(&pairs(3, 0.0, soft)).expect("a bent figure");
             assert!(found.knee > 0.15, "{found:?}");
         }
     }
 
     #[test]
     fn neither_an_ellipse_nor_one_that_breathes_is_bent() {
-        assert_eq!(find(&pairs(5, 0.0, |v| v), None), None);
-        assert_eq!(find(&pairs(6, 0.1, |v| v), None), None);
+        assert_eq!(find(&pairs(5, 0.0, |v| v)), None);
+        assert_eq!(find(&pairs(6, 0.1, |v| v)), None);
         let offset = pairs(7, 0.0, |v| 0.03 + v);
-        assert_eq!(find(&offset, None), None);
+        assert_eq!(find(&offset), None);
         // An amplifier that expands bends outwards: no rail does that.
-        assert_eq!(find(&pairs(8, 0.0, |v| v + 0.05 * v * v * v), None), None);
+        assert_eq!(find(&pairs(8, 0.0, |v| v + 0.05 * v * v * v)), None);
+    }
+
+    /// Figures that something else warps, by seven waves to the turn, which no rail makes: beside them a slight bend is none, and a great one is.
+    #[test]
+    fn what_warps_all_figures_hides_a_slight_bend() {
+        let warped = |seed| {
+            let mut all = pairs(seed, 0.0, |v| v);
+            for pair in &mut all {
+                let size = 1.0 + 0.05 * (7.0 * pair[0].atan2(pair[1])).cos();
+                *pair = pair.map(|v| size * v);
+            }
+            bend(&all, None)
+        };
+        let soft = |rail: f64, knee: f64| {
+            bend(&pairs(3, 0.0, |v| saturated(v, [-rail, rail], knee)), None)
+        };
+        let found = |bend: Option<Bend>, others: &[u64]| {
+            let others = others.iter().map(|seed| warped(*seed));
+            let bends: Vec<_> = std::iter::once(bend).chain(others).collect();
+            let clips = clips(&bends);
+            assert_eq!(clips[1..], vec![None; clips.len() - 1]);
+            clips[0].is_some()
+        };
+        assert!(found(soft(1.1, 0.1), &[]));
+        assert!(!found(soft(1.1, 0.1), &[4, 5, 6]));
+        assert!(found(soft(0.7, 0.1), &[4, 5, 6]));
     }
 }

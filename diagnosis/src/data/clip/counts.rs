@@ -3,27 +3,37 @@
 //! A rail shows twice. Readings pile up at it and none lies beyond; and the pair's figure, which the readings below the rail draw whole
 //! (`super::figure`), goes on beyond it.
 
+use super::bend::{self, Bend};
 use super::figure::Figure;
 use super::rails::{Rails, cutting};
 use crate::algebra::statistics::{median, median_and_deviation};
 use crate::data::observations::Observations;
 use effects::sensor::Clip;
+use rayon::prelude::*;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI, TAU};
 
-/// The clip of a segment's pair, if its counts show one.
-pub(super) fn find(o: &Observations, segment: usize) -> Option<Clip> {
+/// The clips of the segments' pairs that their counts show.
+pub(super) fn find(o: &Observations) -> [Option<Clip>; 4] {
+    let each: Vec<_> = (0..4).into_par_iter().map(|s| figures(o, s)).collect();
+    let (hard, bends): (Vec<_>, Vec<_>) = each.into_iter().unzip();
+    let soft = bend::clips(&bends);
+    std::array::from_fn(|segment| soft[segment].or(hard[segment]))
+}
+
+/// The clip of a segment's pair by tops that are flat, and what its figure leaves.
+fn figures(o: &Observations, segment: usize) -> (Option<Clip>, Option<Bend>) {
     let known = |p: &&[f64; 2]| p[0].is_finite() && p[1].is_finite();
     let all = o.pair_counts[segment].iter();
     let pairs: Vec<[f64; 2]> = all.filter(known).copied().collect();
     if pairs.len() < FEWEST_AT_A_TOP {
-        return None;
+        return (None, None);
     }
     let hard = hard(o, segment, &pairs);
-    let soft = super::bend::find(
+    let bend = bend::bend(
         &pairs,
         hard.as_ref().map(|(clip, amplitude)| (clip, *amplitude)),
     );
-    soft.or(hard.map(|(clip, _)| clip))
+    (hard.map(|(clip, _)| clip), bend)
 }
 
 /// The clip by tops that are flat, and the amplitude of the whole wave, counts.

@@ -15,10 +15,10 @@ use effects::Detection;
 use effects::sensor::Clip;
 use rails::WHOLE;
 
-/// The clip of a segment's pair that its counts show, if they were logged and do.
+/// The clips of the segments' pairs that their counts show, where they were logged and do.
 #[must_use]
-pub fn in_counts(observations: &Observations, segment: usize) -> Option<Clip> {
-    counts::find(observations, segment)
+pub fn in_counts(observations: &Observations) -> [Option<Clip>; 4] {
+    counts::find(observations)
 }
 
 /// The clip of a segment of which no counts were logged, if its error against a reference has that shape.
