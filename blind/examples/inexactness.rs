@@ -2,8 +2,9 @@
 //!
 //! `cargo run --release -p blind --example inexactness -- SEED COUNT [EFFECT] > effects/inexactness.csv`: so many couriers of each effect, of
 //! the project's simulator under the usual conditions and under drawn ones and of the independent one in turn. Cost: some seconds each.
-//! `... -- of RECORDING EFFECT` prints the same of a recording in which that effect acts alone. To standard error goes what each other block
-//! takes of what is left: effect, simulator, number, size, squares left, block, its columns, those of them that the data tell, squares taken.
+//! `... -- of RECORDING EFFECT` prints the same of a recording in which that effect acts alone. To standard error go the lines of
+//! `effects/form_errors.csv`, what each other effect, and lines in the spectrum, take of what is left: effect, simulator, number, squares left, other, its
+//! columns, those of them that the data tell, squares taken.
 
 use diagnosis::posterior::form_error::form_error;
 use effects::has;
@@ -23,7 +24,7 @@ fn main() -> Result<(), String> {
         && first == "of"
     {
         let recording = Recording::read(path).map_err(|e| e.to_string())?;
-        tell(&format!("{name},real,0,"), &recording, name);
+        tell([name, "real", "0", ""], &recording);
         return Ok(());
     }
     let number = |k: usize| words.get(k).and_then(|w| w.parse::<u64>().ok());
@@ -51,28 +52,38 @@ fn measure(seed: u64, number: u64, name: &str) {
     let size_m = SIZES_M[0] * (SIZES_M[1] / SIZES_M[0]).powf(dice.unit());
     let own = (dice.unit() * 4.0e15) as u64;
     if let Some((simulator, recording)) = recorded(number, name, size_m, own) {
-        let size = format!("{:.2}", 1.0e6 * size_m);
-        tell(
-            &format!("{name},{simulator},{number},{size}"),
-            &recording,
-            name,
-        );
+        let (number, size) = (number.to_string(), format!("{:.2}", 1.0e6 * size_m));
+        tell([name, simulator, &number, &size], &recording);
     }
 }
 
-/// Prints what an effect explains of a recording in which it acts alone, and leaves; to standard error, what each block takes of that.
-fn tell(what: &str, recording: &Recording, name: &str) {
+/// Whitened squares from which on what is left is asked about. Derived from chi-square: of as many a column that takes one part in ten stands out of
+/// the noise by twelve deviations; lines in the spectrum are of few columns, and are told of a third.
+const ASKED_FROM: [f64; 2] = [1_500.0, 500.0];
+/// Shapes of lines in the spectrum.
+const LINES: &str = "frequency";
+
+/// Prints what an effect explains of a recording in which it acts alone, and leaves; to standard error, what others take of that. `of` is the effect, the
+/// simulator, the courier's number and the size.
+fn tell(of: [&str; 4], recording: &Recording) {
+    let [name, simulator, number, _] = of;
     let Ok(Some(found)) = form_error(recording, name) else {
         return;
     };
     let samples = recording.samples.len();
-    println!("{what},{samples},{:.0},{:.0}", found.explained, found.left);
+    let (what, explained, left) = (of.join(","), found.explained, found.left);
+    println!("{what},{samples},{explained:.0},{left:.0}");
     let Some(beside) = &found.beside else {
         return;
     };
-    for taken in &beside.taken {
+    let [effects_from, lines_from] = ASKED_FROM;
+    let asked = |block: &str| {
+        let lines = block == LINES && beside.squares >= lines_from;
+        lines || effects::card(block).is_some() && beside.squares >= effects_from
+    };
+    for taken in beside.taken.iter().filter(|taken| asked(&taken.block)) {
         eprintln!(
-            "{what},{:.0},{},{},{:.1},{:.0}",
+            "{name},{simulator},{number},{:.0},{},{},{:.1},{:.0}",
             beside.squares, taken.block, taken.columns, taken.told, taken.squares
         );
     }

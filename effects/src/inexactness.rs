@@ -29,6 +29,76 @@ pub fn inexactness(effect: &str) -> f64 {
     WITHIN * deviation(shares.get(effect).map_or(&[], Vec::as_slice))
 }
 
+/// What each other effect takes of what a form lacks: effect, simulator, number, squares left, other, its columns, those told, squares taken.
+const TAKEN: &str = include_str!("../form_errors.csv");
+/// Share of what lacks from which on it lies along the other's columns. By definition: most of it.
+const MOST_OF_IT: f64 = 0.5;
+
+/// Name of the shapes of lines in the spectrum among the others.
+const LINES: &str = "frequency";
+
+/// Share of what forms lack that is lines in the spectrum, in the mean of all measured couriers. What follows the motion has lines where the motion
+/// has some.
+#[must_use]
+pub fn lacks_in_lines() -> f64 {
+    static SHARE: OnceLock<f64> = OnceLock::new();
+    *SHARE.get_or_init(|| {
+        let taken = TAKEN.lines().filter_map(taken);
+        let shares: Vec<f64> = taken
+            .filter(|t| t.other == LINES)
+            .map(|t| (t.squares / t.left).clamp(0.0, 1.0))
+            .collect();
+        shares.iter().sum::<f64>() / shares.len().max(1) as f64
+    })
+}
+
+/// What one block takes of what an effect's form lacks.
+struct Taken<'a> {
+    effect: &'a str,
+    other: &'a str,
+    left: f64,
+    squares: f64,
+}
+
+/// A line of the measurements.
+fn taken(line: &str) -> Option<Taken<'_>> {
+    let cells: Vec<&str> = line.split(',').collect();
+    let number = |k: usize| cells.get(k).and_then(|cell| cell.parse::<f64>().ok());
+    Some(Taken {
+        effect: cells[0],
+        left: number(3)?,
+        other: cells[4],
+        squares: number(7)?,
+    })
+}
+
+/// Probability that what an effect's form lacks lies along the columns of another: as often as it did on the couriers of this pair, beside what is so of all
+/// pairs, which counts for as many couriers as the prior does.
+#[must_use]
+pub fn lacks_along(effect: &str, other: &str) -> f64 {
+    static COUNTS: OnceLock<HashMap<(&str, &str), (f64, f64)>> = OnceLock::new();
+    static OF_ALL: OnceLock<f64> = OnceLock::new();
+    let counts = COUNTS.get_or_init(|| counts(TAKEN));
+    let of_all = *OF_ALL.get_or_init(|| {
+        let sum = |of: fn(&(f64, f64)) -> f64| counts.values().map(of).sum::<f64>();
+        sum(|count| count.0) / sum(|count| count.1)
+    });
+    let (along, of) = counts.get(&(effect, other)).copied().unwrap_or_default();
+    (along + PRIOR_COURIERS * of_all) / (of + PRIOR_COURIERS)
+}
+
+/// How many couriers of each pair of effects there are of which the other takes most, and how many in all.
+fn counts(text: &str) -> HashMap<(&str, &str), (f64, f64)> {
+    let mut out: HashMap<(&str, &str), (f64, f64)> = HashMap::new();
+    let of_effects = text.lines().filter_map(taken).filter(|t| t.other != LINES);
+    for taken in of_effects {
+        let count = out.entry((taken.effect, taken.other)).or_default();
+        count.0 += f64::from(u8::from(taken.squares > MOST_OF_IT * taken.left));
+        count.1 += 1.0;
+    }
+    out
+}
+
 /// Standard deviation of the share of the amplitude, of measured shares of the squares and the prior.
 fn deviation(shares: &[f64]) -> f64 {
     let sum: f64 = shares.iter().sum();
@@ -72,6 +142,16 @@ mod tests {
         assert!((0.17..0.2).contains(&coarse), "{coarse}");
         let exact = deviation(&[0.0; 30]);
         assert!(exact < 0.015, "{exact}");
+    }
+
+    /// What clips is told to lack harmonics, as it did; of a pair that was not measured the share of all is told.
+    #[test]
+    fn what_lacks_along_another_is_measured_by_pairs() {
+        let of_all = lacks_along("no effect", "no other");
+        assert!((0.01..0.1).contains(&of_all), "{of_all}");
+        assert!(lacks_along("adc_clipping", "extra_harmonics") > 5.0 * of_all);
+        assert!(lacks_along("lateral_dependence", "thermal_drift") < of_all);
+        assert!((0.05..0.2).contains(&lacks_in_lines()));
     }
 
     #[test]

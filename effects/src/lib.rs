@@ -23,7 +23,7 @@ pub mod unlisted;
 
 pub use effect::{Card, Detection, Effect};
 use effect::{KnownBy, Subsumption};
-pub use inexactness::inexactness;
+pub use inexactness::{inexactness, lacks_along, lacks_in_lines};
 use plant::Draw;
 
 /// What the simulator needs of an effect.

@@ -1,11 +1,12 @@
 //! What sets say of a gap, each under the four hypotheses about what it leaves: and which of them is told.
 
 use super::alias::{class, is_no_trifle, limit};
-use super::least_size::{Share, lacking, least_squares, log_trifle};
+use super::least_size::least_squares;
 use super::noise_scale::NoiseScale;
 use super::problem::Problem;
+use super::telling::{Places, Telling, lacking_along, trifling, without_trifling_shapes};
 use super::weighed::Weighed;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 /// Noise that is louder than stated by less than this in rms is no gap.
 const VISIBLE: f64 = crate::selection::limits::VISIBLE_GAP_RATIO;
@@ -65,7 +66,8 @@ pub fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> V
             };
             weight + at_most > least_weight
         };
-        for told in trifling.filter(counts) {
+        let along = lacking_along(problem, all, &places, k);
+        for told in trifling.chain(along).filter(counts) {
             let noises = weighed.noise_if_lacking(problem, told.lacking);
             out.extend(forms(problem, all, k, &told, noises, noise_is_white));
         }
@@ -130,104 +132,9 @@ fn forms(
     })
 }
 
-/// What is told where a set is found.
-struct Telling {
-    /// Place of the set that is told.
-    set: usize,
-    /// Logarithm of what this changes in the set's weight.
-    log_change: f64,
-    /// Whitened squares of what is found and is taken not to be worth a name: no more of them than that.
-    trifles: f64,
-    /// Whitened squares that the forms of the effects that are told may lack.
-    lacking: f64,
-    /// Those of them that may be lines in the spectrum.
-    lacking_of_lines: f64,
-}
-
-/// What may be told where a set is found, and not all of it is worth a name: all but one effect, which does less than that; or nothing, where all
-/// together do less. A prior that is cut off below leaves what lies below to these: amounts that are not worth a name are none of a gap, and no
-/// reason to name an effect at a size that the data refute. The form of a trifle lacks nothing.
-fn trifling<'a>(
-    problem: &'a Problem,
-    all: &'a [Weighed],
-    places: &'a Places,
-    of: usize,
-) -> impl Iterator<Item = Telling> + 'a {
-    let whole = &all[of];
-    let least = least_squares(problem.reduced.rows);
-    let inexact = |k: usize| {
-        let own = problem.effects.iter().find(|e| e.block == whole.set()[k]);
-        (whole.powers[k], own.map_or(0.0, |e| e.inexactness))
-    };
-    let makes_lines = move |k: &usize| problem.of_lines.contains(&whole.set()[*k]);
-    let one = move |(k, share): (usize, &Share)| {
-        let others = || (0..whole.set().len()).filter(move |other| *other != k);
-        let set: Vec<usize> = others().map(|other| whole.set()[other]).collect();
-        let of_lines = others().filter(makes_lines).map(inexact);
-        Some(Telling {
-            set: without_trifling_shapes(problem, all, places, places.of_set(&set, whole)?),
-            log_change: share.log_trifle - share.log_least,
-            trifles: share.power.min(least),
-            lacking: lacking(whole.explained, others().map(inexact)),
-            lacking_of_lines: lacking(whole.explained, of_lines),
-        })
-    };
-    let several = whole.set().len() > 1 && !whole.shares.is_empty();
-    let nothing = places.of_set(&[], whole).filter(|_| several);
-    let nothing = nothing.map(|set| Telling {
-        set,
-        log_change: log_trifle(whole.explained, problem.reduced.rows) - whole.log_least,
-        trifles: whole.explained.clamp(0.0, least),
-        lacking: 0.0,
-        lacking_of_lines: 0.0,
-    });
-    whole
-        .shares
-        .iter()
-        .enumerate()
-        .filter_map(one)
-        .chain(nothing)
-}
-
-/// Places of sets among all that were weighed.
-struct Places<'a>(HashMap<(&'a [usize], u64), usize>);
-
-impl<'a> Places<'a> {
-    fn of(all: &'a [Weighed]) -> Self {
-        let each = all.iter().enumerate().rev();
-        Self(each.map(|(k, w)| ((w.set(), Self::noise(w)), k)).collect())
-    }
-
-    /// Sets are weighed at few noises, each with all its sets at the very same.
-    fn noise(weighed: &Weighed) -> u64 {
-        weighed.left.log_noise.to_bits()
-    }
-
-    /// Place of a set at the noise of another.
-    fn of_set(&self, set: &[usize], at: &Weighed) -> Option<usize> {
-        self.0.get(&(set, Self::noise(at))).copied()
-    }
-}
-
-/// Place of the set that is told where a set is found. An effect that is a shape may describe what the forms of the set's causes lack, as
-/// nameless shapes may: where it does no more than that, the causes are told without it.
-fn without_trifling_shapes(
-    problem: &Problem,
-    all: &[Weighed],
-    places: &Places,
-    of: usize,
-) -> usize {
-    let is_shape = |b: &usize| problem.effects.iter().any(|e| e.block == *b && e.shape);
-    let each = all[of].set().iter().zip(&all[of].shares);
-    let stays = each.filter(|(b, share)| !is_shape(b) || share.power > share.may_be_lacking);
-    let causes: Vec<usize> = stays.map(|(b, _)| *b).collect();
-    let place = places.of_set(&causes, &all[of]);
-    place.filter(|_| !causes.is_empty()).unwrap_or(of)
-}
-
 /// What a set with nameless shapes predicts, or one with a cause that is in no catalogue, a set of causes with names may predict as well:
 /// then it is these that the hypothesis tells of, whatever Occam's factor says of the two. Such causes leave what the other set leaves, as far
-/// as noise and their own inexactness go (9), and none is a trifle. Lines give way to a cause that makes lines. Whatever the coordinates
+/// as noise and their own inexactness go (9), none is a trifle. Lines give way to a cause that makes lines. Whatever the coordinates
 /// that it shows in, what has no name is one cause, and one stands in for it. Shapes beside a cause that is in no catalogue stay. Those over a
 /// column that the machine logs are a cause's as well: an effect that follows a course of its own, any course, takes none's place.
 pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [Hypothesis]) {

@@ -138,10 +138,17 @@ pub fn shares(
             slope,
             typical,
         } = set_at_sizes.own_power(k, &amounts.into_owned())?;
-        let of_lines = |which: &usize| problem.of_lines.contains(&fitted.set[*which]);
-        let alike = |other: &usize| !of_lines(&k) || of_lines(other);
-        let others = (0..each.len()).filter(|other| *other != k && alike(other));
-        let lacking = lacking(explained - power, others.map(|other| each[other]));
+        let makes_lines = problem.of_lines.contains(&fitted.set[k]);
+        let others = (0..each.len()).filter(|other| *other != k);
+        let lacking = lacking(
+            explained - power,
+            others.map(|other| match each[other] {
+                (power, share) if makes_lines => {
+                    (power, problem.in_lines(fitted.set[other], share))
+                }
+                each => each,
+            }),
+        );
         let least = least_squares(reduced.rows);
         // The root of the squares scatters by about one, and more where the prior tells part of the coefficients.
         let mut whole = DVector::zeros(all);

@@ -8,7 +8,7 @@
 //!   [`noise_scale`]: the integral over the noise, `quieter_noise`: how loud it is at most where it is stated too loud. [`discrepancy`]: what the effects' forms lack. [`least_size`]: what makes an effect worth a name. [`nameless`]: shapes that no effect
 //!   owns.
 //! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
-//! - [`alias`]: sets that predict the same. [`hypotheses`]: what sets say of a gap. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
+//! - [`alias`]: sets that predict the same. `telling`: what may be told of a set. [`hypotheses`]: what sets say of a gap. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
 //! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design. `look`: the same with its fits, `trial`: among few blocks.
 //! - [`diagnosed`]: all that of a recording. [`fuller`] tells more of its effects, `field` looks for displaced teeth, and [`unlogged`] names
 //!   causes whose quantity was not logged. [`form_error`] measures how far an effect's form is from a recording of it alone.
@@ -38,6 +38,7 @@ pub mod reduced;
 pub mod scale;
 pub mod sets;
 pub mod size_likelihood;
+mod telling;
 mod trial;
 pub mod unlogged;
 pub mod walk;

@@ -23,8 +23,42 @@ pub struct Problem<'r> {
     pub in_the_counts: &'r [usize],
     /// Blocks of shapes over a column that the machine logs: what follows such a column has a cause that is in no catalogue.
     pub logged: &'r [usize],
+    /// Probability, for each two blocks, that what the form of the first lacks lies along the columns of the second.
+    pub along: &'r dyn Along,
     /// Logarithm of the prior odds of each coordinate, and of louder noise.
     pub log_odds: f64,
+}
+
+/// Probability that what the form of one block lacks lies along the columns of another.
+pub trait Along: Sync {
+    /// Of two blocks.
+    fn along(&self, of: usize, by: usize) -> f64;
+}
+
+/// By the blocks' names.
+impl Along for Vec<String> {
+    fn along(&self, of: usize, by: usize) -> f64 {
+        effects::lacks_along(&self[of], &self[by])
+    }
+}
+
+/// Of blocks without names.
+#[cfg(test)]
+impl Along for f64 {
+    fn along(&self, _: usize, _: usize) -> f64 {
+        *self
+    }
+}
+
+impl Problem<'_> {
+    /// Share of an amplitude that the form of an effect may lack as lines in the spectrum, by the share of the amplitude that it may lack in all.
+    pub fn in_lines(&self, block: usize, inexactness: f64) -> f64 {
+        if self.of_lines.contains(&block) {
+            inexactness
+        } else {
+            inexactness * effects::lacks_in_lines().sqrt()
+        }
+    }
 }
 
 #[cfg(test)]
@@ -41,6 +75,7 @@ impl<'r> Problem<'r> {
             of_own_course: &[],
             in_the_counts: &[],
             logged: &[],
+            along: &0.01,
             log_odds,
         }
     }

@@ -119,8 +119,8 @@ impl Weighed {
         let squares = 2.0 * most;
         if squares > least_squares(problem.reduced.rows) {
             self.lines = squares;
-            self.noise =
-                discrepancy::noise(&self.left, self.lacking, squares, problem.reduced.rows);
+            let others = (squares - self.lacking_of_lines).max(0.0);
+            self.noise = discrepancy::noise(&self.left, self.lacking, others, problem.reduced.rows);
         }
     }
 
@@ -166,9 +166,9 @@ pub fn weighed(problem: &Problem, fitted: Fitted) -> Weighed {
     let inexactness = priors().map(|e| e.inexactness);
     let each: Vec<(f64, f64)> = powers.iter().copied().zip(inexactness).collect();
     let explained = (reduced.squares - fitted.given.squares) / noise;
-    let makes_lines = |k: &usize| problem.of_lines.contains(&fitted.set[*k]);
-    let of_lines = (0..each.len()).filter(makes_lines).map(|k| each[k]);
-    let lacking_of_lines = lacking(explained, of_lines);
+    let in_lines = each.iter().zip(&fitted.set);
+    let in_lines = in_lines.map(|((power, share), b)| (*power, problem.in_lines(*b, *share)));
+    let lacking_of_lines = lacking(explained, in_lines);
     let lacking = lacking(explained, each.iter().copied());
     let left = Left::of(reduced, &fitted, noise, problem.stated);
     let shares = shares(problem, &fitted, explained, &each);

@@ -163,6 +163,7 @@ impl Weighing {
             of_own_course: &self.of_own_course,
             logged: &self.logged,
             in_the_counts: &self.in_the_counts,
+            along: &self.names,
             log_odds: log_odds(),
         }
     }
