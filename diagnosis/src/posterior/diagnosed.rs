@@ -200,14 +200,36 @@ fn by_noise<'a>(
         points.extend(beneath_nothing.map(|noise| by(&prepared.point(), noise)));
     }
     let told = here.told();
-    if !points.is_empty() {
+    let with_field = DesignOptions {
+        field: true,
+        ..told
+    };
+    // A pattern that is left beside the noise may be one of displaced teeth.
+    let ways = |shown: bool| {
+        if shown {
+            vec![told]
+        } else {
+            vec![told, with_field]
+        }
+    };
+    let mut ways: Vec<_> = points
+        .iter()
+        .flat_map(|(point, shown)| {
+            ways(*shown)
+                .into_iter()
+                .map(move |told| (point, *shown, told))
+        })
+        .collect();
+    if !ways.is_empty() {
         let trial = Trial::of(prepared, options, &around, &here);
-        points.retain(|(point, _)| trial.is_likelier(point, told, Look::log_evidence_of_forms));
+        ways.retain(|(point, _, told)| {
+            trial.is_likelier(point, *told, Look::log_evidence_of_forms)
+        });
     }
     let likelihood = Look::log_evidence_of_forms;
-    let best = points
-        .iter()
-        .map(|(point, shown)| (look(prepared, options, point, told), shown))
+    let best = ways
+        .into_iter()
+        .map(|(point, shown, told)| (look(prepared, options, point, told), shown))
         .max_by(|a, b| likelihood(&a.0).total_cmp(&likelihood(&b.0)));
     if let Some((best, _)) = &best {
         log(&format!("by noise {}", compared(&here, best)));
@@ -215,7 +237,7 @@ fn by_noise<'a>(
     match best {
         Some((best, shown)) if likelihood(&best) > likelihood(&here) => {
             let (best, seen_by_it) = best.measured(prepared, options);
-            if *shown || seen_by_it.white || seen_by_it.nothing_shows {
+            if shown || seen_by_it.white || seen_by_it.nothing_shows {
                 (best, seen_by_it)
             } else {
                 (here, seen)
@@ -407,6 +429,7 @@ fn fuller_than<'a>(
             field: has_knots(&inputs),
             ..DesignOptions::default()
         };
+        log(&way.tells());
         if !trial.is_preferred(&point, told) {
             continue;
         }

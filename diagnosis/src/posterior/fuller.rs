@@ -79,6 +79,18 @@ impl Fuller {
         (told != *inputs).then_some(told)
     }
 
+    /// What is told, for a trace.
+    pub fn tells(&self) -> String {
+        match self {
+            Self::Phase(card) => format!("{}: the other phase", card.name),
+            Self::Subsumes(card, subsumption, _) => {
+                format!("{}: what {} would describe", card.name, subsumption.other)
+            }
+            Self::Form(card, form) => format!("{}: {}", card.name, form.tells),
+            Self::Searched(card, _) => format!("{}: what is searched for by itself", card.name),
+        }
+    }
+
     /// True if what was found without it and with it, each fitted about itself, is of amounts that there may be.
     pub fn may_be<'a>(
         &self,

@@ -100,10 +100,13 @@ impl<'a> Look<'a> {
     }
 
     /// True if it is preferred to one in which less is told of the effects: it is the likelier if no form lacks anything, or does the same with
-    /// fewer effects.
+    /// fewer effects, or without nameless shapes.
     pub(super) fn is_preferred_to(&self, other: &Self) -> bool {
         let likelier = self.log_evidence_of_forms() > other.log_evidence_of_forms();
-        likelier || self.weighing.does_with_fewer(&other.weighing)
+        let weighing = &self.weighing;
+        likelier
+            || weighing.does_with_fewer(&other.weighing)
+            || weighing.does_without_shapes(&other.weighing)
     }
 
     /// Logarithm of a density of the whitened residuals, made one of those in metres.

@@ -7,7 +7,7 @@ use super::explained::{Row, rows};
 use super::held_out::refuted;
 use super::hypotheses::LOG_WEIGHT_THAT_COUNTS;
 use super::least_size::least_squares;
-use super::noise_scale::log_sum;
+use super::noise_scale::{Left, log_sum};
 use super::prior::{is_in_the_counts, is_logged, is_of_lines, is_of_own_course, log_odds, prior};
 use super::problem::{Prior, Problem};
 use super::reduced::Reduced;
@@ -253,11 +253,34 @@ impl Weighing {
         let (Some(own), Some(of)) = (self.weighed.first(), other.weighed.first()) else {
             return false;
         };
-        let same_noise = own.left.log_noise == of.left.log_noise && self.stated == other.stated;
-        let more = (own.left.squares - of.left.squares) * (-own.left.log_noise).exp();
-        let told = own.fitted.given.told + of.fitted.given.told;
         let fewer = !own.set().is_empty() && own.set().len() < of.set().len();
-        fewer && own.listed && same_noise && more <= limit(told)
+        fewer && own.listed && self.leaves_as_little(other, &of.left, 0.0)
+    }
+
+    /// True where the likeliest set is another comparison's, and does without the nameless shapes that are likely beside it there: shapes are no
+    /// cause, and give way where it leaves no more than chance and what its effects' forms may lack make of what they predict (9).
+    pub fn does_without_shapes(&self, other: &Self) -> bool {
+        let (Some(own), Some(of)) = (self.weighed.first(), other.weighed.first()) else {
+            return false;
+        };
+        let [closed, open] = [of.closed(log_odds()), of.open(log_odds())].map(|w| w[0].max(w[1]));
+        let shapes = of.nameless.as_ref().filter(|_| open > closed);
+        let same = !own.set().is_empty() && own.listed && self.found() == other.found();
+        same && shapes.is_some_and(|(shapes, _)| {
+            self.leaves_as_little(other, &shapes.left, own.lacking)
+                && !other.leaves_as_little(other, &shapes.left, of.lacking)
+        })
+    }
+
+    /// True where the likeliest set leaves no more squares than something else leaves in another comparison, by the same noise, but for what
+    /// chance and forms that may lack so much make of what either predicts (9).
+    fn leaves_as_little(&self, other: &Self, left: &Left, lacking: f64) -> bool {
+        let own = &self.weighed[0].left;
+        let same_noise = own.log_noise == left.log_noise && self.stated == other.stated;
+        let more = (own.squares - left.squares) * (-own.log_noise).exp();
+        let told =
+            |of: &Self, left: &Left| of.reduced.rows - of.reduced.baseline as f64 - left.degrees;
+        same_noise && more <= limit(told(self, own) + told(other, left)) + lacking
     }
 
     /// Names of the effects of the best set without each of them in turn, then of so many other sets, the likeliest first. None twice.

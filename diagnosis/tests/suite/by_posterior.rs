@@ -2,7 +2,8 @@
 
 use crate::beside::direction_beside_noise;
 use crate::clip::{AMPLIFIERS, saturated};
-use crate::forms::channel_turns;
+use crate::confusion::field_beneath_noise;
+use crate::forms::{channel_turns, pairs_that_warm};
 use crate::rings::{Ring, named, recorded};
 use crate::shared::shared;
 use crate::whole::gap_with_thirds;
@@ -175,6 +176,24 @@ fn noise_beneath_a_pattern_is_told() {
         names(&direction_beside_noise().recorded(0)),
         ["excess_noise", "hysteresis"]
     );
+}
+
+/// A field of displaced teeth is the pattern beneath the noise.
+#[test]
+#[ignore = "nightly: half a minute"]
+fn a_field_beneath_noise_is_told() {
+    assert_eq!(
+        names(&field_beneath_noise()),
+        ["excess_noise", "tooth_variation"]
+    );
+}
+
+/// Shapes over the temperature and the tooth phase do what pairs that warm do, and are no cause.
+#[test]
+#[ignore = "nightly: a quarter of a minute"]
+fn a_fuller_form_takes_the_place_of_shapes() {
+    let [first, _] = pairs_that_warm(16);
+    assert_eq!(names(&first), ["thermal_drift"]);
 }
 
 /// Harmonics describe what a soft clip does to the phase as well as its own form does, and bend no figure.

@@ -3,6 +3,7 @@
 use crate::shared::shared;
 use diagnosis::selection::by_posterior::diagnose_by_posterior;
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
+use recording::Recording;
 use specimens::rig;
 use specimens::{Case, Conditions, Drawn, Kind};
 
@@ -45,7 +46,7 @@ fn one_segment_against_a_reference() {
 }
 
 /// The same with a pause at its end, in which the reference is struck now and then.
-fn struck_at_rest(recording: &recording::Recording) -> recording::Recording {
+fn struck_at_rest(recording: &Recording) -> Recording {
     let mut out = recording.clone();
     let last = recording.samples.len() - 1;
     let noise = recording.meta.electronics.quadrature_noise_counts;
@@ -110,17 +111,23 @@ fn single_effects_are_named() {
     }
 }
 
-fn with_four_segments(seed: u64, effects: &[(&str, f64)]) -> Diagnosis {
+/// A courier of four segments without a beacon.
+fn four_segments(seed: u64, effects: &[(&str, f64)]) -> Recording {
     let options = rig::Options {
         samples: 6000,
         beacon: false,
         ..rig::Options::default()
     };
-    diagnose(
-        &rig::record(seed, effects, &options).0,
-        "rig",
-        &Options::default(),
-    )
+    rig::record(seed, effects, &options).0
+}
+
+fn with_four_segments(seed: u64, effects: &[(&str, f64)]) -> Diagnosis {
+    diagnose(&four_segments(seed, effects), "rig", &Options::default())
+}
+
+/// A field of displaced teeth beneath noise of thirteen times the stated one.
+pub fn field_beneath_noise() -> Recording {
+    four_segments(24, &[("tooth_variation", 2.0e-6), ("excess_noise", 1.5e-6)])
 }
 
 /// Amplifiers switch, now and then, and couple into one segment's pair for one sample: most strikes lie within what the noise of
@@ -277,7 +284,7 @@ fn harmonics_beside_a_gap_are_no_lateral_waves() {
 /// Noise is what neighbours do not share; what they share beyond it is the field's.
 #[test]
 fn a_field_under_noise_is_seen() {
-    let d = with_four_segments(24, &[("tooth_variation", 2.0e-6), ("excess_noise", 1.5e-6)]);
+    let d = diagnose(&field_beneath_noise(), "rig", &Options::default());
     let mut found = names(&d);
     found.sort_unstable();
     assert_eq!(

@@ -270,12 +270,17 @@ fn a_direction_that_a_slow_courier_feels_less_is_told() {
     }
 }
 
-fn pairs_warm(seed: u64) {
+/// Of a courier whose pairs warm with their mounts.
+pub fn pairs_that_warm(seed: u64) -> [Recording; 2] {
     let warming = |_: &Plan| Warming {
         drift_m_per_k: [1.5e-6, -0.8e-6, 0.4e-6, 1.0e-6],
         gain_per_k: [2.0e-3, 0.0, -1.5e-3, 1.2e-3],
     };
-    is_told(&recordings(seed, warming), "thermal_drift");
+    recordings(seed, warming)
+}
+
+fn pairs_warm(seed: u64) {
+    is_told(&pairs_that_warm(seed), "thermal_drift");
 }
 
 #[test]
