@@ -57,8 +57,8 @@ fn measure(seed: u64, number: u64, name: &str) {
     }
 }
 
-/// Whitened squares from which on what is left is asked about. Derived from chi-square: of as many a column that takes one part in ten stands out of
-/// the noise by twelve deviations; lines in the spectrum are of few columns, and are told of a third.
+/// Whitened squares that must be left for it to be asked what other effects take of them, and what lines in the spectrum do. Derived from chi-square:
+/// a tenth of 1,500 is 12 deviations of the noise in one column, and a tenth of 500 is 7. Of lines less will do, since all couriers are taken together.
 const ASKED_FROM: [f64; 2] = [1_500.0, 500.0];
 /// Shapes of lines in the spectrum.
 const LINES: &str = "frequency";

@@ -7,7 +7,7 @@
 //! ½ rᵀ A S M⁻¹ S Aᵀ r − ½ ln det M (Rasmussen and Williams 2006, section 5.4): the teeth are integrated out, and no pose is looked at again. The
 //! couriers of a fit are taken to be of one make, so one aperture is estimated from all of them over all platens.
 
-use crate::asked::Asked;
+use crate::cache::Cache;
 use crate::field_information::FieldInformation;
 use crate::form::{Aperture, EDGE, HALF_PITCHES, spread};
 use crate::key::{Key, Platen};
@@ -218,7 +218,7 @@ fn climbed(
 struct Evidence<'a> {
     splines: Vec<(&'a Splines, Blocks)>,
     /// What they tell of each platen's teeth under a kernel: sizes alone change nothing of it.
-    told: Asked<ApertureKernel, Vec<OfTeeth>>,
+    told: Cache<ApertureKernel, Vec<OfTeeth>>,
 }
 
 impl<'a> Evidence<'a> {
@@ -226,7 +226,7 @@ impl<'a> Evidence<'a> {
         let each = splines.iter();
         Self {
             splines: each.map(|of| (of, Blocks::of(of))).collect(),
-            told: Asked::new(),
+            told: Cache::new(),
         }
     }
 

@@ -21,9 +21,9 @@
 mod answer;
 mod aperture;
 mod aperture_derivatives;
-mod asked;
 mod begin;
 mod blocks;
+mod cache;
 mod field_information;
 mod form;
 mod functions;

@@ -1,7 +1,7 @@
 //! Teeth under an aperture, as sums of splines: what the data tell of the splines they tell of the teeth.
 
-use crate::asked::Asked;
 use crate::blocks::{Block, KINDS, Weights};
+use crate::cache::Cache;
 use crate::form::Aperture;
 use crate::key::Key;
 use crate::splines::{Splines, log_evidence};
@@ -85,7 +85,7 @@ impl OfTeeth {
 /// A precision in blocks, and the same with teeth across, which half the aperture across and its edge determine.
 pub struct Blocks {
     splines: Vec<Block>,
-    across: Asked<[f64; 2], Vec<Block>>,
+    across: Cache<[f64; 2], Vec<Block>>,
 }
 
 impl Blocks {
@@ -93,7 +93,7 @@ impl Blocks {
     pub fn of(splines: &Splines) -> Self {
         Self {
             splines: Block::all(&splines.precision, &splines.kinds()),
-            across: Asked::new(),
+            across: Cache::new(),
         }
     }
 

@@ -4,7 +4,7 @@ use super::alias::{class, is_no_trifle, limit};
 use super::least_size::least_squares;
 use super::noise_scale::NoiseScale;
 use super::problem::Problem;
-use super::telling::{Places, Telling, lacking_along, trifling, without_trifling_shapes};
+use super::telling::{Found, Places, Telling, without_trifling_shapes};
 use super::weighed::Weighed;
 use std::collections::BTreeSet;
 
@@ -54,20 +54,17 @@ pub fn hypotheses(problem: &Problem, all: &[Weighed], noise_is_white: bool) -> V
         let noises = (weighed.noise, shapes);
         out.extend(forms(problem, all, k, &whole, noises, noise_is_white));
         let weight = weighed.log_weight(problem.log_odds);
-        let trifling = trifling(problem, all, &places, k);
-        // The set without a trifle is weighed by itself as well: only where the whole one counts is it asked which of the two is told. That of
-        // nothing is always asked for. The forms of fewer effects lack no more, which makes none likelier.
-        let counts = |told: &Telling| {
-            let of_nothing = all[told.set].set().is_empty();
-            let at_most = if of_nothing {
-                told.log_change
-            } else {
-                told.log_change.min(0.0)
-            };
-            weight + at_most > least_weight
-        };
-        let along = lacking_along(problem, all, &places, k);
-        for told in trifling.chain(along).filter(counts) {
+        // The set without a part is weighed by itself as well: only where the whole one counts is it asked which of the two is told, since what changes
+        // that never makes it likelier. That of nothing is always asked for.
+        let found = Found::of(problem, all, &places, k);
+        let parts = (weight > least_weight).then(|| {
+            let counts = |told: &Telling| weight + told.log_change.min(0.0) > least_weight;
+            let each = found.without_a_trifle();
+            each.chain(found.without_what_forms_lack()).filter(counts)
+        });
+        let counts = |told: &Telling| weight + told.log_change > least_weight;
+        let nothing = found.nothing().filter(counts);
+        for told in parts.into_iter().flatten().chain(nothing) {
             let noises = weighed.noise_if_lacking(problem, told.lacking);
             out.extend(forms(problem, all, k, &told, noises, noise_is_white));
         }

@@ -10,11 +10,12 @@
 //! - [`weighed`]: a set with its weight. [`walk`]: the way through the sets at one noise. [`sets`]: the noise, and all sets.
 //! - [`alias`]: sets that predict the same. `telling`: what may be told of a set. [`hypotheses`]: what sets say of a gap. [`decision`]: the verdict. [`explained`]: the likeliest sets, told.
 //! - [`held_out`]: what pieces that were not fitted say of a set. [`weighing`]: all that of a design. `look`: the same with its fits, `trial`: among few blocks.
-//! - [`diagnosed`]: all that of a recording. [`fuller`] tells more of its effects, `field` looks for displaced teeth, and [`unlogged`] names
+//! - [`diagnosed`]: all that of a recording. [`fuller`] tells more of its effects, `by_noise` tries another noise, `field` looks for displaced teeth, and [`unlogged`] names
 //!   causes whose quantity was not logged. [`form_error`] measures how far an effect's form is from a recording of it alone.
 
 pub mod alias;
 pub mod beside;
+mod by_noise;
 pub mod decision;
 pub mod diagnosed;
 pub mod discrepancy;

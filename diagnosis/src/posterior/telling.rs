@@ -1,7 +1,7 @@
 //! What may be told where a set is found: the set, or a part of it, where the rest is a trifle or what the forms of the others lack.
 
 use super::discrepancy::{AT_MOST, log_density_of_size};
-use super::least_size::{Share, lacking, least_squares, log_trifle};
+use super::least_size::{lacking, least_squares, log_trifle};
 use super::problem::{Prior, Problem};
 use super::weighed::Weighed;
 use std::collections::HashMap;
@@ -20,13 +20,102 @@ pub(super) struct Telling {
     pub(super) lacking_of_lines: f64,
 }
 
-/// A set of effects, each told by its place in it, with what their forms may lack.
-struct Forms<'a, 'r> {
-    problem: &'a Problem<'r>,
+/// Sizes of an effect that are told, in floors: any between them is as likely, by its logarithm. A prior: the sizes by which the diagnosis is judged
+/// (`specimens::drawn`). How large an effect may be in metres says little of this, since sensors differ by orders of magnitude.
+const SIZES_TOLD: [f64; 2] = [1.0 / 3.0, 20.0];
+
+/// A set that was found, its effects told by their places in it, and what their forms may lack.
+#[derive(Clone, Copy)]
+pub(super) struct Found<'a> {
+    problem: &'a Problem<'a>,
+    all: &'a [Weighed],
+    places: &'a Places<'a>,
     whole: &'a Weighed,
+    /// Whitened squares below which no effect is worth a name.
+    least: f64,
 }
 
-impl Forms<'_, '_> {
+impl<'a> Found<'a> {
+    /// One of all sets that were weighed.
+    pub(super) fn of(
+        problem: &'a Problem,
+        all: &'a [Weighed],
+        places: &'a Places,
+        which: usize,
+    ) -> Self {
+        Self {
+            problem,
+            all,
+            places,
+            whole: &all[which],
+            least: least_squares(problem.reduced.rows),
+        }
+    }
+
+    /// What may be told of a set of several effects where not all of it is worth a name: all but one, which does less than that. A prior that is
+    /// cut off below leaves what lies below to these: amounts that are not worth a name are none of a gap, and no reason to name an effect at a
+    /// size that the data refute. The form of a trifle lacks nothing.
+    pub(super) fn without_a_trifle(self) -> impl Iterator<Item = Telling> + 'a {
+        let count = self.whole.shares.len();
+        let each = 0..if count > 1 { count } else { 0 };
+        each.filter_map(move |trifle| {
+            let share = &self.whole.shares[trifle];
+            let told: Vec<usize> = (0..count).filter(|k| *k != trifle).collect();
+            let log_change = share.log_trifle - share.log_least;
+            self.telling(&told, log_change, share.power.min(self.least))
+        })
+    }
+
+    /// Nothing, where all effects of the set do less together than is worth a name.
+    pub(super) fn nothing(self) -> Option<Telling> {
+        let whole = self.whole;
+        let (log_trifle, log_least, power) = match &whole.shares[..] {
+            [] => return None,
+            [share] => (share.log_trifle, share.log_least, share.power),
+            _ => {
+                let together = log_trifle(whole.explained, self.problem.reduced.rows);
+                (together, whole.log_least, whole.explained)
+            }
+        };
+        Some(Telling {
+            set: self.places.of_set(&[], whole)?,
+            log_change: log_trifle - log_least,
+            trifles: power.clamp(0.0, self.least),
+            lacking: 0.0,
+            lacking_of_lines: 0.0,
+        })
+    }
+
+    /// What may be told where some of the effects describe what the forms of the others lack: those others. What a form lacks lies along the
+    /// columns of another effect with a probability that is measured (`effects::lacks_along`). Where several are not told, some of these may be
+    /// trifles; that one alone is a trifle is told of by [`Self::without_a_trifle`].
+    pub(super) fn without_what_forms_lack(self) -> impl Iterator<Item = Telling> + 'a {
+        let shares = &self.whole.shares;
+        let count = shares.len();
+        let one = move |kept: usize| {
+            let is_kept = |k: &usize| kept & (1 << k) != 0;
+            let told: Vec<usize> = (0..count).filter(is_kept).collect();
+            let (mut log_change, mut trifles) = (0.0, 0.0);
+            for dropped in (0..count).filter(|k| !is_kept(k)) {
+                let share = &shares[dropped];
+                let each = told.iter().map(|of| self.log_lacking(*of, dropped));
+                let along = each.fold(f64::NEG_INFINITY, f64::max);
+                let alone = told.len() + 1 == count;
+                if share.log_trifle > along && !alone {
+                    trifles += share.power.min(self.least);
+                    log_change += share.log_trifle - share.log_least;
+                } else {
+                    log_change += along - share.log_least;
+                }
+            }
+            if !log_change.is_finite() {
+                return None;
+            }
+            self.telling(&told, log_change, trifles)
+        };
+        (1..(1_usize << count).saturating_sub(1)).filter_map(one)
+    }
+
     fn prior(&self, k: usize) -> Option<&Prior> {
         let block = self.whole.set()[k];
         self.problem.effects.iter().find(|e| e.block == block)
@@ -73,98 +162,21 @@ impl Forms<'_, '_> {
     }
 
     /// What is told where some of the effects are, and the others are not.
-    fn telling(
-        &self,
-        (all, places): (&[Weighed], &Places),
-        told: &[usize],
-        log_change: f64,
-        trifles: f64,
-    ) -> Option<Telling> {
+    fn telling(&self, told: &[usize], log_change: f64, trifles: f64) -> Option<Telling> {
         let set: Vec<usize> = told.iter().map(|k| self.whole.set()[*k]).collect();
-        let place = places.of_set(&set, self.whole)?;
+        let place = self.places.of_set(&set, self.whole)?;
         let by = |share: &dyn Fn(usize) -> f64| {
             let each = told.iter().map(|k| (self.whole.powers[*k], share(*k)));
             lacking(self.whole.explained, each)
         };
         Some(Telling {
-            set: without_trifling_shapes(self.problem, all, places, place),
+            set: without_trifling_shapes(self.problem, self.all, self.places, place),
             log_change,
             trifles,
             lacking: by(&|k| self.inexactness(k)),
             lacking_of_lines: by(&|k| self.in_lines(k)),
         })
     }
-}
-
-/// What may be told where a set is found, and not all of it is worth a name: all but one effect, which does less than that; or nothing, where all
-/// together do less. A prior that is cut off below leaves what lies below to these: amounts that are not worth a name are none of a gap, and no
-/// reason to name an effect at a size that the data refute. The form of a trifle lacks nothing.
-pub(super) fn trifling<'a>(
-    problem: &'a Problem,
-    all: &'a [Weighed],
-    places: &'a Places,
-    of: usize,
-) -> impl Iterator<Item = Telling> + 'a {
-    let whole = &all[of];
-    let least = least_squares(problem.reduced.rows);
-    let forms = Forms { problem, whole };
-    let one = move |(k, share): (usize, &Share)| {
-        let told: Vec<usize> = (0..whole.set().len()).filter(|other| *other != k).collect();
-        let log_change = share.log_trifle - share.log_least;
-        forms.telling((all, places), &told, log_change, share.power.min(least))
-    };
-    let several = whole.set().len() > 1 && !whole.shares.is_empty();
-    let nothing = places.of_set(&[], whole).filter(|_| several);
-    let nothing = nothing.map(|set| Telling {
-        set,
-        log_change: log_trifle(whole.explained, problem.reduced.rows) - whole.log_least,
-        trifles: whole.explained.clamp(0.0, least),
-        lacking: 0.0,
-        lacking_of_lines: 0.0,
-    });
-    let each = whole.shares.iter().enumerate();
-    each.filter_map(one).chain(nothing)
-}
-
-/// Sizes of an effect that are told, in floors: any between them is as likely, by its logarithm. A prior: what the diagnosis is judged by
-/// (`blind`). How large an effect may be in metres says little of this, since sensors differ by orders of magnitude.
-const SIZES_TOLD: [f64; 2] = [1.0 / 3.0, 20.0];
-
-/// What may be told where a set is found, and some of its effects describe what the forms of the others lack: those others. What a form
-/// lacks lies along the columns of another effect with a probability that is measured (`effects::lacks_along`). Where several are not told, some of
-/// these may be trifles; that one alone is a trifle is told of by [`trifling`].
-pub(super) fn lacking_along<'a>(
-    problem: &'a Problem,
-    all: &'a [Weighed],
-    places: &'a Places,
-    of: usize,
-) -> impl Iterator<Item = Telling> + 'a {
-    let whole = &all[of];
-    let count = whole.shares.len();
-    let least = least_squares(problem.reduced.rows);
-    let forms = Forms { problem, whole };
-    let one = move |kept: usize| {
-        let is_kept = |k: &usize| kept & (1 << k) != 0;
-        let told: Vec<usize> = (0..count).filter(is_kept).collect();
-        let (mut log_change, mut trifles) = (0.0, 0.0);
-        for dropped in (0..count).filter(|k| !is_kept(k)) {
-            let share = &whole.shares[dropped];
-            let each = told.iter().map(|of| forms.log_lacking(*of, dropped));
-            let along = each.fold(f64::NEG_INFINITY, f64::max);
-            let alone = told.len() + 1 == count;
-            if share.log_trifle > along && !alone {
-                trifles += share.power.min(least);
-                log_change += share.log_trifle - share.log_least;
-            } else {
-                log_change += along - share.log_least;
-            }
-        }
-        if !log_change.is_finite() {
-            return None;
-        }
-        forms.telling((all, places), &told, log_change, trifles)
-    };
-    (1..(1_usize << count).saturating_sub(1)).filter_map(one)
 }
 
 /// Places of sets among all that were weighed.

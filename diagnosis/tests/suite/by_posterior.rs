@@ -2,8 +2,8 @@
 
 use crate::beside::direction_beside_noise;
 use crate::clip::{AMPLIFIERS, saturated};
-use crate::confusion::field_beneath_noise;
 use crate::forms::{channel_turns, pairs_that_warm};
+use crate::noise::field_beneath_noise;
 use crate::rings::{Ring, named, recorded};
 use crate::shared::shared;
 use crate::whole::gap_with_thirds;

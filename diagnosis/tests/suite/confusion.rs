@@ -1,7 +1,6 @@
 //! The diagnosis on a few recordings of the independent rig and on real ones, in the ordinary tests.
 
 use crate::shared::shared;
-use diagnosis::selection::by_posterior::diagnose_by_posterior;
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
 use recording::Recording;
 use specimens::rig;
@@ -19,7 +18,7 @@ fn on_rig(seed: u64, effects: &[(&str, f64)]) -> Diagnosis {
     )
 }
 
-fn names(d: &Diagnosis) -> Vec<&str> {
+pub fn names(d: &Diagnosis) -> Vec<&str> {
     d.effects.iter().map(|e| e.name.as_str()).collect()
 }
 
@@ -112,7 +111,7 @@ fn single_effects_are_named() {
 }
 
 /// A courier of four segments without a beacon.
-fn four_segments(seed: u64, effects: &[(&str, f64)]) -> Recording {
+pub fn four_segments(seed: u64, effects: &[(&str, f64)]) -> Recording {
     let options = rig::Options {
         samples: 6000,
         beacon: false,
@@ -125,84 +124,6 @@ fn with_four_segments(seed: u64, effects: &[(&str, f64)]) -> Diagnosis {
     diagnose(&four_segments(seed, effects), "rig", &Options::default())
 }
 
-/// A field of displaced teeth beneath noise of thirteen times the stated one.
-pub fn field_beneath_noise() -> Recording {
-    four_segments(24, &[("tooth_variation", 2.0e-6), ("excess_noise", 1.5e-6)])
-}
-
-/// Amplifiers switch, now and then, and couple into one segment's pair for one sample: most strikes lie within what the noise of
-/// four segments hides, a few of them stand out.
-fn struck(seed: u64, share: f64, over_noise: f64) -> recording::Recording {
-    let options = rig::Options {
-        samples: 6000,
-        beacon: false,
-        ..rig::Options::default()
-    };
-    let quiet = rig::record(seed, &[], &options).0;
-    let noise = quiet.meta.electronics.quadrature_noise_counts;
-    let strength = over_noise * noise.expect("a stated noise");
-    let mut dice = rig::Dice(seed);
-    let mut samples = recording::Samples::default();
-    for i in 0..quiet.samples.len() {
-        let mut row = quiet.samples.row(i);
-        if dice.unit() < share {
-            let pair = row.quadrature_counts[2].expect("a pair");
-            let now = strength * (0.4 * dice.normal()).exp();
-            let hit = pair.map(|value| (value + now * dice.normal()).round());
-            let turns = |[sine, cosine]: [f64; 2]| sine.atan2(cosine) / std::f64::consts::TAU;
-            row.quadrature_counts[2] = Some(hit);
-            row.teeth[2] = row.teeth[2].map(|n| n + (turns(pair) - turns(hit)).round() as i32);
-        }
-        samples.push(&row);
-    }
-    recording::Recording { samples, ..quiet }
-}
-
-/// What is left of strikes too small to stand out raises the mean square as noise does: it is none, since most samples are as
-/// quiet as is stated.
-#[test]
-fn bursts_too_small_to_stand_out_are_no_noise() {
-    let recording = struck(25, 0.05, 7.0);
-    let d = diagnose(&recording, "rig", &Options::default());
-    assert_eq!(names(&d), ["outlier_bursts"], "{:?}", d.verdict);
-    assert!(d.held_out.whitened_after > 1.1, "{:?}", d.held_out);
-    let (answer, _) = diagnose_by_posterior(&recording, "rig", &Options::default(), false);
-    assert_eq!(names(&answer.diagnosis), ["outlier_bursts"]);
-}
-
-/// A vibration of some three samples a turn is as rough as noise from sample to sample.
-#[test]
-fn a_fast_vibration_is_no_noise() {
-    let options = rig::Options {
-        samples: 6000,
-        ..rig::Options::default()
-    };
-    let still = rig::record(41, &[], &options).0;
-    let shaken = rig::shake::shaken(&still, 0.31, |_| 5.0e-4);
-    let d = diagnose(&shaken, "rig", &Options::default());
-    assert_eq!(names(&d), ["beacon_vibration"], "{:?}", d.verdict);
-    assert!(d.held_out.whitened_before > 1.2, "{:?}", d.held_out);
-}
-
-/// The same of a segment, which no effect owns: the line has a place.
-#[test]
-fn a_fast_hum_is_no_noise() {
-    let options = rig::Options {
-        samples: 6000,
-        counts: false,
-        beacon: false,
-        ..rig::Options::default()
-    };
-    let still = rig::record(41, &[], &options).0;
-    let d = diagnose(
-        &rig::shake::hummed(&still, 0.31, 1.0e-6),
-        "rig",
-        &Options::default(),
-    );
-    assert_eq!(d.verdict, Verdict::Unknown, "{:?}", names(&d));
-    assert_eq!(d.place[0].coordinate, "frequency", "{:?}", d.place);
-}
-
 /// A light that flickers beside the beacon changes the diode's gain: as many lines as the deflection has, none a vibration's.
 #[test]
 fn a_flickering_lamp_is_located() {
@@ -211,7 +132,7 @@ fn a_flickering_lamp_is_located() {
     assert_eq!(d.place[0].coordinate, "frequency", "{:?}", d.place);
 }
 
-fn pair(seed: u64, effects: [(&str, f64); 2]) -> Case {
+pub fn pair(seed: u64, effects: [(&str, f64); 2]) -> Case {
     case(seed, Kind::Pair, &effects)
 }
 
@@ -281,45 +202,7 @@ fn harmonics_beside_a_gap_are_no_lateral_waves() {
     );
 }
 
-/// Noise is what neighbours do not share; what they share beyond it is the field's.
-#[test]
-fn a_field_under_noise_is_seen() {
-    let d = diagnose(&field_beneath_noise(), "rig", &Options::default());
-    let mut found = names(&d);
-    found.sort_unstable();
-    assert_eq!(
-        found,
-        ["excess_noise", "tooth_variation"],
-        "{:?}",
-        d.verdict
-    );
-}
-
-/// Noise of thirty times what is stated; the lag beneath it is a thirtieth of the squares.
-#[test]
-fn what_heavy_noise_hides_is_named_beside_it() {
-    let case = pair(
-        4_036_594_875_922_131,
-        [("excess_noise", 1.807e-6), ("velocity_lag", 1.886e-6)],
-    );
-    let d = diagnose(&case.recorded(0), "two", &Options::default());
-    assert_eq!(sorted(&d), ["excess_noise", "velocity_lag"]);
-}
-
-/// The noise is measured anew, by the stated one, each time that something else is found beside it.
-#[test]
-#[ignore = "nightly: half a minute"]
-fn what_heavy_noise_hides_is_named_by_the_posterior() {
-    let case = pair(
-        4_036_594_875_922_131,
-        [("excess_noise", 1.807e-6), ("velocity_lag", 1.886e-6)],
-    );
-    let recording = case.recorded(0);
-    let (answer, _) = diagnose_by_posterior(&recording, "two", &Options::default(), false);
-    assert_eq!(sorted(&answer.diagnosis), ["excess_noise", "velocity_lag"]);
-}
-
-fn sorted(d: &Diagnosis) -> Vec<&str> {
+pub fn sorted(d: &Diagnosis) -> Vec<&str> {
     let mut found = names(d);
     found.sort_unstable();
     found

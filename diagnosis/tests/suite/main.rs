@@ -18,6 +18,7 @@ mod late;
 mod leftout;
 mod logged;
 mod motion;
+mod noise;
 mod one_run;
 mod phase;
 mod rings;

@@ -1,15 +1,15 @@
-//! What was made for the keys that are asked for again: the last one, and the one that was last asked for twice in turn.
+//! A cache of two: what was made for the key that was asked for last, and for the one that was last asked for twice in turn.
 //!
 //! A pattern search asks for many neighbours of its best guess, one after the other along each coordinate. What does not depend on a coordinate is the
 //! same for both neighbours along it, and in the next round as well.
 
-/// Made for two keys.
-pub struct Asked<K, V> {
+/// What was made for two keys.
+pub struct Cache<K, V> {
     last: Option<(K, V)>,
     twice: Option<(K, V)>,
 }
 
-impl<K: PartialEq, V> Asked<K, V> {
+impl<K: PartialEq, V> Cache<K, V> {
     /// Of none yet.
     pub fn new() -> Self {
         Self {
@@ -39,9 +39,9 @@ mod tests {
     /// One that was asked for twice in turn is kept while others are asked for once.
     #[test]
     fn what_was_asked_for_twice_is_made_once() {
-        let (mut asked, mut made) = (Asked::new(), Vec::new());
+        let (mut cache, mut made) = (Cache::new(), Vec::new());
         for key in [1, 2, 2, 3, 4, 2, 5, 2, 6, 6, 2] {
-            let found = *asked.get(key, || {
+            let found = *cache.get(key, || {
                 made.push(key);
                 10 * key
             });
