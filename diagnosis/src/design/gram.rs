@@ -107,7 +107,7 @@ pub struct Gram {
 /// Keys of samples by which those over the same part of the platen follow each other: then few of many teeth act in a chunk.
 fn by_place(linearized: &LinearizedRecording) -> Vec<u64> {
     let pitch_m = linearized.observations.pitch_m;
-    let key = |i| order_of_places(linearized.covariates(i).centre_m.map(|c| c / pitch_m));
+    let key = |i| order_of_places(linearized.refined_centre_m(i).map(|c| c / pitch_m));
     (0..linearized.len()).map(key).collect()
 }
 

@@ -99,7 +99,7 @@ fn patches(relinearized: &RelinearizedFit) -> Vec<Patch> {
     let side_m = SIDE_PITCHES * linearized.observations.pitch_m;
     let mut cells: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
     for i in (0..linearized.len()).filter(|i| linearized.mask[*i]) {
-        let centre_m = linearized.covariates(i).centre_m;
+        let centre_m = linearized.refined_centre_m(i);
         cells
             .entry(centre_m.map(|c| (c / side_m).floor() as i32))
             .or_default()

@@ -181,8 +181,14 @@ impl<'a> Look<'a> {
     }
 
     /// With what the best set leaves.
-    pub(super) fn measured(self, prepared: &'a Prepared, options: &'a Options) -> (Self, Measured) {
-        let fit = self.fit();
+    pub(super) fn measured(
+        mut self,
+        prepared: &'a Prepared,
+        options: &'a Options,
+    ) -> (Self, Measured) {
+        let found = self.weighing.found();
+        let known = self.fitted.take().filter(|fit| is_of(fit, &found));
+        let fit = known.unwrap_or_else(|| self.fit());
         let (seen, design, fit) = measured(prepared, options, (self.design, fit));
         let out = Self {
             design,

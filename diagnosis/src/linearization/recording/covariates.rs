@@ -50,6 +50,12 @@ impl LinearizedRecording<'_> {
         self.theta_of(i, |s| self.refined_m(s, i))
     }
 
+    /// Centre of the sensor with what is known of the effects taken out, m; zero where it is not known.
+    pub fn refined_centre_m(&self, i: usize) -> [f64; 2] {
+        self.centre_of(i, |s| self.refined_m(s, i))
+            .map(|centre| finite(Some(&centre)))
+    }
+
     /// A logged column less its mean and over its deviation, as the inputs tell them; zero where it was not measured.
     fn logged(&self, k: usize, i: usize) -> f64 {
         let value = |column: &LoggedColumn| {
