@@ -199,7 +199,8 @@ fn named(
             .iter()
             .filter(|h| h.says == Says::Named && of_it(h));
         let sum: f64 = list.map(|h| (h.log_weight - total).exp()).sum();
-        sum / mass.max(f64::MIN_POSITIVE)
+        // Rounding may make a little more than one of all of them.
+        (sum / mass.max(f64::MIN_POSITIVE)).min(1.0)
     };
     let set = all[first].set();
     let mut out: Vec<Inclusion> = Vec::new();
@@ -404,7 +405,7 @@ mod tests {
     /// not where the shape predicts what the cause cannot.
     #[test]
     fn a_shape_gives_way_to_a_cause_that_predicts_the_same() {
-        let verdict = |apart: f64, logged: &[usize], of_own_course: &[usize]| {
+        let verdict = |apart: f64, recurring: &[usize], of_own_course: &[usize]| {
             let blocks = [("cause", &[1.0; 5][..]), ("place", &[1.0])];
             let problem = SyntheticProblem::new(&blocks, &|rng| {
                 let mut draw = || normal(rng);
@@ -427,7 +428,7 @@ mod tests {
             let effects = [cause];
             let problem = Problem {
                 coordinates: &[1],
-                logged,
+                recurring,
                 of_own_course,
                 ..Problem::of_unit_noise(&reduced, &effects, -2.0)
             };
@@ -437,7 +438,7 @@ mod tests {
         };
         assert_eq!(verdict(0.0, &[], &[]), Verdict::Named);
         assert_eq!(verdict(1.0, &[], &[]), Verdict::Unknown);
-        // What follows a logged column is not put down to a course that may be any; to a cause it is.
+        // What follows a quantity that recurs is not put down to a course that may be any; to a cause it is.
         assert_eq!(verdict(0.0, &[1], &[0]), Verdict::Unknown);
         assert_eq!(verdict(0.0, &[1], &[]), Verdict::Named);
         assert_eq!(verdict(0.0, &[], &[0]), Verdict::Named);

@@ -197,7 +197,9 @@ fn settled<'a>(
         }
         here = told_more(prepared, options, here);
         (here, seen) = here.measured(prepared, options);
-        (here, seen) = about_another_mode(prepared, options, here, seen);
+        if !here.weighing.one_leaves_nothing() {
+            (here, seen) = about_another_mode(prepared, options, here, seen);
+        }
         // About places that are off by an effect of which more was told, that effect leaves a part of itself.
         let decision = here.weighing.decide(seen.white);
         if here.weighing.found() != known && decision.verdict != Verdict::NoGap {
@@ -239,7 +241,7 @@ fn about_what_was_found<'a>(
 
 /// All compared about the places that another set leads to when it is fitted about itself, where another set is then the best and the whole
 /// comparison is the likelier; the same as before where that is not so. Asked are the best set without each of its effects, and the likeliest of
-/// the others: about the best set's places what they say is known to first order alone. Cost: a fit and a trial for each, and a whole
+/// the others: about the best set's places what they say is known to first order alone. Not asked of one effect that leaves nothing but noise. Cost: a fit and a trial for each, and a whole
 /// comparison where a trial is likelier.
 fn about_another_mode<'a>(
     prepared: &'a Prepared,
@@ -304,7 +306,7 @@ fn fuller_than<'a>(
     here: &Look<'a>,
     ways: &mut impl Iterator<Item = Fuller>,
 ) -> Option<(Fuller, Look<'a>)> {
-    if here.weighing.one_explains_all() && here.weighing.leaves_nothing() {
+    if here.weighing.one_leaves_nothing() {
         return None;
     }
     let inputs = &here.design.linearized.inputs;

@@ -133,7 +133,7 @@ fn forms(
 /// then it is these that the hypothesis tells of, whatever Occam's factor says of the two. Such causes leave what the other set leaves, as far
 /// as noise and their own inexactness go (9), none is a trifle. Lines give way to a cause that makes lines. Whatever the coordinates
 /// that it shows in, what has no name is one cause, and one stands in for it. Shapes beside a cause that is in no catalogue stay. Those over a
-/// column that the machine logs are a cause's as well: an effect that follows a course of its own, any course, takes none's place.
+/// quantity that recurs are a cause's as well: an effect that follows a course of its own, any course, takes none's place.
 pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [Hypothesis]) {
     let rows = problem.reduced.rows - problem.reduced.baseline as f64;
     let causes: Vec<(usize, f64)> = hypotheses
@@ -150,13 +150,12 @@ pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [
             None => continue,
         };
         let told = rows - left.degrees;
-        let over_a_logged_column = own.nameless.as_ref().is_some_and(|(shapes, _)| {
+        let over_what_recurs = own.nameless.as_ref().is_some_and(|(shapes, _)| {
             let each = shapes.coordinates.iter();
             each.map(|c| &problem.coordinates[*c])
-                .any(|b| problem.logged.contains(b))
+                .any(|b| problem.recurring.contains(b))
         });
-        let follows_anything =
-            |e: &usize| over_a_logged_column && problem.of_own_course.contains(e);
+        let follows_anything = |e: &usize| over_what_recurs && problem.of_own_course.contains(e);
         let predicts_the_same = |k: usize| {
             let other = &all[k];
             let more = (other.left.squares - left.squares) * (-own.left.log_noise).exp();

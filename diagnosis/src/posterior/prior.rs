@@ -64,8 +64,16 @@ pub fn is_in_the_counts(name: &str, linearized: &LinearizedRecording) -> bool {
     effects::is(name, Detection::ByRails) && (0..4).any(shown)
 }
 
-/// True if a block is of shapes over a logged column, by its name.
-pub fn is_logged(name: &str, inputs: &BasisInputs) -> bool {
+/// Shapes over what the motion has again and again (`design/coordinate_basis.rs`).
+const OF_THE_MOTION: [&str; 3] = [
+    "speed",
+    "speed and own tooth phase",
+    "direction and own tooth phase",
+];
+
+/// True if a block is of shapes over a quantity that takes the same values at other times, by its name: a logged column, the speed, the direction.
+pub fn is_recurring(name: &str, inputs: &BasisInputs) -> bool {
     let mut columns = logged_columns(inputs);
-    columns.any(|(_, column)| name == column || name == with_own_phase(column))
+    OF_THE_MOTION.contains(&name)
+        || columns.any(|(_, column)| name == column || name == with_own_phase(column))
 }

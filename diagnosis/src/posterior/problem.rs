@@ -21,8 +21,9 @@ pub struct Problem<'r> {
     pub of_own_course: &'r [usize],
     /// Blocks of effects that the counts show by themselves, whatever the rows say: another set predicts no such counts.
     pub in_the_counts: &'r [usize],
-    /// Blocks of shapes over a column that the machine logs: what follows such a column has a cause that is in no catalogue.
-    pub logged: &'r [usize],
+    /// Blocks of shapes over a quantity that takes the same values at other times: a logged column, the speed, the direction. An effect that
+    /// follows a course of its own would do as they do by coincidence alone.
+    pub recurring: &'r [usize],
     /// Probability, for each two blocks, that what the form of the first lacks lies along the columns of the second.
     pub along: &'r dyn Along,
     /// Logarithm of the prior odds of each coordinate, and of louder noise.
@@ -74,7 +75,7 @@ impl<'r> Problem<'r> {
             of_lines: &[],
             of_own_course: &[],
             in_the_counts: &[],
-            logged: &[],
+            recurring: &[],
             along: &0.01,
             log_odds,
         }

@@ -8,7 +8,9 @@ use super::held_out::refuted;
 use super::hypotheses::LOG_WEIGHT_THAT_COUNTS;
 use super::least_size::least_squares;
 use super::noise_scale::{Left, log_sum};
-use super::prior::{is_in_the_counts, is_logged, is_of_lines, is_of_own_course, log_odds, prior};
+use super::prior::{
+    is_in_the_counts, is_of_lines, is_of_own_course, is_recurring, log_odds, prior,
+};
 use super::problem::{Prior, Problem};
 use super::reduced::Reduced;
 use super::sets::weigh;
@@ -66,7 +68,7 @@ pub struct Weighing {
     coordinates: Vec<usize>,
     of_lines: Vec<usize>,
     of_own_course: Vec<usize>,
-    logged: Vec<usize>,
+    recurring: Vec<usize>,
     in_the_counts: Vec<usize>,
     weighed: Vec<Weighed>,
     /// Single effects, the one that leaves least by the stated noise first.
@@ -113,8 +115,8 @@ impl Weighing {
             of_own_course: (0..names.len())
                 .filter(|b| is_of_own_course(&names[*b], &design.linearized))
                 .collect(),
-            logged: (0..names.len())
-                .filter(|b| is_logged(&names[*b], &design.linearized.inputs))
+            recurring: (0..names.len())
+                .filter(|b| is_recurring(&names[*b], &design.linearized.inputs))
                 .collect(),
             in_the_counts: (0..names.len())
                 .filter(|b| is_in_the_counts(&names[*b], &design.linearized))
@@ -161,7 +163,7 @@ impl Weighing {
             coordinates: &self.coordinates,
             of_lines: &self.of_lines,
             of_own_course: &self.of_own_course,
-            logged: &self.logged,
+            recurring: &self.recurring,
             in_the_counts: &self.in_the_counts,
             along: &self.names,
             log_odds: log_odds(),
@@ -305,10 +307,15 @@ impl Weighing {
     }
 
     /// True where the likeliest set leaves no more beyond the noise than is worth a name: no form of its effects lacks anything.
-    pub fn leaves_nothing(&self) -> bool {
+    fn leaves_nothing(&self) -> bool {
         let least = least_squares(self.reduced.rows);
         let best = self.weighed.first();
         best.is_some_and(|best| excess(&best.left) < least)
+    }
+
+    /// True where one effect explains all and leaves nothing but noise: of that no more is asked.
+    pub fn one_leaves_nothing(&self) -> bool {
+        self.one_explains_all() && self.leaves_nothing()
     }
 
     /// The likeliest sets, with what each explains of data that it has not seen. Cost: twenty cross-validations.

@@ -224,3 +224,17 @@ fn a_ring_at_one_speed_is_named() {
     let (answer, _) = diagnose_by_posterior(&recording, "ring", &Options::default(), false);
     named(&answer.diagnosis);
 }
+
+/// Harmonics that grow with the speed are in no catalogue. A pair's wander may take any course, the speed's as well, and is not told for it.
+#[test]
+fn what_follows_the_speed_is_put_down_to_no_wander() {
+    let options = rig::Options {
+        counts: false,
+        ..one_segment()
+    };
+    let (recording, _) = rig::record_as(81, 81, &[("speed_harmonics", 3.0e-6)], &options);
+    let (answer, _) = diagnose_by_posterior(&recording, "speed", &Options::default(), false);
+    assert_eq!(answer.diagnosis.verdict, Verdict::Unknown);
+    let place = &answer.diagnosis.place[0].coordinate;
+    assert!(place.starts_with("speed"), "{place}");
+}
