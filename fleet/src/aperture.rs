@@ -15,6 +15,7 @@ use crate::splines::Splines;
 use crate::state::State;
 use crate::sums::Sums;
 use crate::teeth::{Blocks, OfTeeth, Teeth};
+use crate::window::told_most;
 use std::collections::BTreeMap;
 use std::f64::consts::LN_2;
 use tooth_field::{ApertureKernel, Lattice};
@@ -43,11 +44,13 @@ const ALIAS: f64 = 0.288;
 /// over the tooth map's priors.
 type Guess = [f64; 5];
 
+/// Over fields of splines a pitch apart, which are too long to be halved, the part of them tells it that the data tell most of.
+///
 /// The likeliest aperture, and the maximum that is climbed to from the likeliest of those that it may be taken for; none where independent spline
 /// coefficients are at least as likely, or where the sums of a platen make no positive matrix. A courier's unknowns are eliminated for each
 /// platen by itself: what its other platens tell of it is not used here.
 pub fn likeliest(sums: &BTreeMap<Platen, Sums>, state: &State) -> Vec<Aperture> {
-    let Some(told) = told(sums, state) else {
+    let Some(told) = told_for_search(sums, state) else {
         return Vec::new();
     };
     let mut evidence = Evidence::of(&told);
@@ -83,8 +86,8 @@ pub fn likeliest_of(
     sums: &BTreeMap<Platen, Sums>,
     state: &State,
 ) -> Option<WithTeeth> {
-    let told = told(sums, state)?;
-    let mut evidence = Evidence::of(&told);
+    let searched = told_for_search(sums, state)?;
+    let mut evidence = Evidence::of(&searched);
     let mut value = |guess: &Guess| evidence.log(guess);
     let each = apertures.iter().map(|aperture| {
         let guess = guess_of(aperture);
@@ -94,6 +97,7 @@ pub fn likeliest_of(
     let best = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let best = climbed(best, 0.5 * MIDDLE_STEP, LAST_STEP, &mut value);
     let aperture = told_aperture(&best.0);
+    let told = told(sums, state, Some)?;
     let mut teeth = Vec::new();
     for (platen, told) in sums.keys().zip(&told) {
         let of_it = Teeth::under(told, &aperture.kernel).likeliest(told, &aperture)?;
@@ -103,10 +107,20 @@ pub fn likeliest_of(
     Some((aperture, teeth))
 }
 
-/// What the sums tell of each platen's splines.
-fn told(sums: &BTreeMap<Platen, Sums>, state: &State) -> Option<Vec<Splines>> {
+/// What the sums tell of the splines by which apertures are compared.
+fn told_for_search(sums: &BTreeMap<Platen, Sums>, state: &State) -> Option<Vec<Splines>> {
+    let part = if state.is_halved { Some } else { told_most };
+    told(sums, state, part)
+}
+
+/// What the sums tell of a part of each platen's splines.
+fn told(
+    sums: &BTreeMap<Platen, Sums>,
+    state: &State,
+    part: fn(FieldInformation) -> Option<FieldInformation>,
+) -> Option<Vec<Splines>> {
     let each = sums.iter().map(|(platen, sums)| {
-        let information = FieldInformation::of(platen, sums, state)?;
+        let information = part(FieldInformation::of(platen, sums, state)?)?;
         Some(Splines::of(&information, state.is_halved))
     });
     each.collect()

@@ -120,6 +120,44 @@ impl FieldInformation {
         }
     }
 
+    /// What is told about some of the unknowns: the others are integrated out under their priors. None where that is no positive matrix.
+    #[must_use]
+    pub fn of_those(self, is_kept: impl Fn(&Key) -> bool) -> Option<Self> {
+        let (kept, rest): (Vec<usize>, Vec<usize>) =
+            (0..self.keys.len()).partition(|k| is_kept(&self.keys[*k]));
+        if rest.is_empty() {
+            return Some(self);
+        }
+        let block = |rows: &[usize], columns: &[usize]| {
+            self.precision.select_rows(rows).select_columns(columns)
+        };
+        let own = block(&rest, &rest) + DMatrix::identity(rest.len(), rest.len());
+        let factor = Factor::new(own)?;
+        let log_determinant = factor.half_log_determinant();
+        let half = factor.lower_inverse();
+        let with = &half * block(&rest, &kept);
+        let forward = half * self.right.select_rows(&rest);
+        // Not tr_mul, which goes element by element.
+        let precision = block(&kept, &kept) - with.transpose() * &with;
+        Some(Self {
+            precision,
+            right: self.right.select_rows(&kept) - with.tr_mul(&forward),
+            log_rest: self.log_rest + 0.5 * forward.norm_squared() - log_determinant,
+            keys: kept.into_iter().map(|k| self.keys[k].clone()).collect(),
+        })
+    }
+
+    /// Of products, with nothing beside the field.
+    #[cfg(test)]
+    pub fn of_products(keys: Vec<Key>, precision: DMatrix<f64>, right: DVector<f64>) -> Self {
+        Self {
+            keys,
+            precision,
+            right,
+            log_rest: 0.0,
+        }
+    }
+
     /// Logarithm of the evidence, but for what all hypotheses about the same poses have in common: of sums with unit normal priors it is
     /// half of what is explained, less half the logarithm of the determinant.
     #[must_use]

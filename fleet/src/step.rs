@@ -35,7 +35,8 @@ const FIRST_DAMPING: f64 = 0.1;
 const LEAST_DAMPING: f64 = 1.0e-3;
 
 /// The next state. Where all is settled but the noise, it is the same with the noise that the recordings show; once that was told, and before
-/// it is told again, the same with halved splines, and then with fields of teeth under the aperture that these tell. Where the last step has made
+/// it is told again, the same with halved splines, and then with fields of teeth under the aperture that these tell. Fields that are too long to be halved
+/// tell it once the noise was told again. Where the last step has made
 /// less of what is left, it is a step on; else it is the one before, for a shorter step: angles, lever arms and spans may change together
 /// along a curve that no reading sees, and a straight step along it goes astray.
 ///
@@ -51,12 +52,15 @@ pub fn advanced(
         return Ok(by_halves(sums, state, solution, shown));
     }
     let is_near = solution.decrement < SETTLED_FOR_NOISE;
-    if is_near && state.noise_told > 0 && !state.is_aperture_told {
-        return Ok(if sums.values().all(can_be_halved) {
-            halved(state)
-        } else {
-            under(None, state)
-        });
+    if is_near && !state.is_aperture_told {
+        let can_be_halved = sums.values().all(can_be_halved);
+        if can_be_halved && state.noise_told > 0 {
+            return Ok(halved(state));
+        }
+        if !can_be_halved && state.noise_told >= NOISE_TOLD {
+            let apertures = likeliest(sums, state);
+            return Ok(under(likeliest_of(&apertures, sums, state), state));
+        }
     }
     if is_near && state.noise_told < NOISE_TOLD {
         return Ok(with_noise(state, solution, shown));

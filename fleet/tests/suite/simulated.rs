@@ -25,16 +25,52 @@ pub fn member(courier: u64, platen: u64, seed: u64, poses: usize, reach_pitches:
         of_the_make(Some(courier), Some(platen)),
         [courier, platen, seed],
         poses,
-        reach_pitches,
+        [[-reach_pitches, reach_pitches]; 2],
     )
 }
+
+/// The same along a strip of the platen about a place so many pitches along x from the beacon, which is seen from ten centimetres away. The courier is a
+/// small one: a wider strip would have more nodes than a recording may.
+pub fn along_a_strip(
+    [courier, platen, seed]: [u64; 3],
+    poses: usize,
+    about_pitches: f64,
+) -> Member {
+    let mut spec = of_the_make(Some(courier), Some(platen));
+    let smaller_m = spec.nominal.span_m - STRIP_SPAN_M;
+    for geometry in [&mut spec.geometry, &mut spec.nominal] {
+        geometry.span_m -= smaller_m;
+        geometry.lever_m[0] -= STRIP_ARM_SHORTER_M;
+        geometry.tan_full_scale = 2.0;
+    }
+    let [along, across] = STRIP_PITCHES;
+    let along = [about_pitches - along, about_pitches + along];
+    of_spec(
+        spec,
+        [courier, platen, seed],
+        poses,
+        [along, [-across, across]],
+    )
+}
+
+/// Spans of the couriers of a strip.
+const STRIP_SPAN_M: f64 = 4.0e-3;
+/// How much shorter their lever arms are: turns about a beacon widen a strip.
+const STRIP_ARM_SHORTER_M: f64 = 60.0e-3;
+/// How far their poses reach from its middle along x and y.
+const STRIP_PITCHES: [f64; 2] = [42.0, 0.3];
 
 /// The same of another make: its segments read a quarter more of the teeth along their direction.
 pub fn wider(courier: u64, platen: u64, seed: u64, poses: usize, reach_pitches: f64) -> Member {
     let mut spec = of_the_make(Some(courier), Some(platen));
     let teeth = spec.effects.remove(TEETH);
     spec.effects.insert(TEETH, Box::new(Wider { teeth }));
-    of_spec(spec, [courier, platen, seed], poses, reach_pitches)
+    of_spec(
+        spec,
+        [courier, platen, seed],
+        poses,
+        [[-reach_pitches, reach_pitches]; 2],
+    )
 }
 
 /// The make's displaced teeth among its effects.
@@ -77,7 +113,7 @@ fn of_spec(
     spec: CourierSpec,
     [courier, platen, seed]: [u64; 3],
     poses: usize,
-    reach_pitches: f64,
+    within_pitches: [[f64; 2]; 2],
 ) -> Member {
     let setup = setup(&spec);
     let pitch_m = spec.geometry.pitch_m;
@@ -86,12 +122,13 @@ fn of_spec(
     let geometry = spec.geometry;
     let mut plant = Courier::new(spec, seed).expect("errors with an inverse");
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let within = Uniform::new(-reach_pitches * pitch_m, reach_pitches * pitch_m).unwrap();
+    let within =
+        within_pitches.map(|[low, high]| Uniform::new(low * pitch_m, high * pitch_m).unwrap());
     let turn = Uniform::new(-TURN_RAD, TURN_RAD).unwrap();
     let mut time_s = 0.0;
     let all: Vec<TeethPose> = (0..poses)
         .map(|_| {
-            let offset_m = [0; 2].map(|_| within.sample(&mut rng));
+            let offset_m = within.map(|within| within.sample(&mut rng));
             let pose = pose_under(&geometry, origin_m, offset_m, turn.sample(&mut rng));
             at_rest(&mut plant, pose, &mut time_s, pitch_m, home_teeth)
         })
