@@ -444,6 +444,40 @@ mod tests {
         assert_eq!(verdict(0.0, &[], &[0]), Verdict::Named);
     }
 
+    /// A cause of the catalogue predicts nearly what one that is in none does. That gives way to it, but not with what a nameless shape takes
+    /// beside it.
+    #[test]
+    fn what_shapes_take_beside_a_cause_of_no_catalogue_stays_unknown() {
+        let verdict = |shape: f64| {
+            let blocks = [
+                ("cause", &[1.0][..]),
+                ("no cause", &[1.0]),
+                ("place", &[1.0]),
+            ];
+            let problem = SyntheticProblem::new(&blocks, &|rng| {
+                let mut draw = || normal(rng);
+                let (unlisted, apart, place, noise) = (draw(), draw(), draw(), draw());
+                let cause = unlisted + 0.03 * apart;
+                let target = 3.0 * unlisted + shape * place + noise;
+                vec![1.0, cause, unlisted, place, target]
+            });
+            let reduced = problem.reduced(&[1, 2, 3]);
+            let cause = Prior::of_cause(0, 0.05);
+            let unlisted = Prior {
+                listed: false,
+                ..Prior::of_cause(1, 0.05)
+            };
+            let effects = [cause, unlisted];
+            let problem = Problem {
+                coordinates: &[2],
+                ..Problem::of_unit_noise(&reduced, &effects, -2.0)
+            };
+            decide(&problem, &weigh(&problem), true).verdict
+        };
+        assert_eq!(verdict(0.0), Verdict::Named);
+        assert_eq!(verdict(1.0), Verdict::Unknown);
+    }
+
     /// One column of a course of its own does what one of three columns foretells, and is the likelier for it. It gives way.
     #[test]
     fn a_course_of_its_own_gives_way_to_what_foretells_it() {

@@ -136,6 +136,7 @@ fn forms(
 /// quantity that recurs are a cause's as well: an effect that follows a course of its own, any course, takes none's place.
 pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [Hypothesis]) {
     let rows = problem.reduced.rows - problem.reduced.baseline as f64;
+    let least = least_squares(problem.reduced.rows);
     let causes: Vec<(usize, f64)> = hypotheses
         .iter()
         .filter(|h| h.says == Says::Named && !h.noise && h.left == 0.0)
@@ -145,6 +146,8 @@ pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [
     for h in hypotheses.iter_mut().filter(|h| h.says == Says::Unknown) {
         let own = &all[h.set];
         let (left, many, lines) = match &own.nameless {
+            // What shapes beside it take no cause predicts that does as it alone.
+            _ if !own.listed && h.left > least => continue,
             _ if !own.listed => (&own.left, own.set().len(), own.lines),
             Some((shapes, _)) => (&shapes.left, own.set().len() + 1, shapes.of_lines(problem)),
             None => continue,
