@@ -44,11 +44,9 @@ const ALIAS: f64 = 0.288;
 /// over the tooth map's priors.
 type Guess = [f64; 5];
 
-/// Over fields of splines a pitch apart, which are too long to be halved, the part of them tells it that the data tell most of.
-///
 /// The likeliest aperture, and the maximum that is climbed to from the likeliest of those that it may be taken for; none where independent spline
 /// coefficients are at least as likely, or where the sums of a platen make no positive matrix. A courier's unknowns are eliminated for each
-/// platen by itself: what its other platens tell of it is not used here.
+/// platen by itself: what its other platens tell of it is not used here. Of fields that are too long to be halved, a part is asked ([`told_most`]).
 pub fn likeliest(sums: &BTreeMap<Platen, Sums>, state: &State) -> Vec<Aperture> {
     let Some(told) = told_for_search(sums, state) else {
         return Vec::new();

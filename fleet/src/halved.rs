@@ -10,8 +10,8 @@ const LONGEST: u32 = 129;
 /// A spline in splines half as long, half a pitch apart, times eight (de Boor 2001: the two-scale relation of cubic ones).
 const IN_HALVES: [f64; 5] = [1.0, 4.0, 6.0, 4.0, 1.0];
 
-/// Whether a platen's field is short enough; of a longer one, splines a pitch apart tell the aperture. Cost where it is: four times as many nodes; of 754 a pitch apart, which three couriers within four
-/// pitches of a beacon cross, a fit takes 0.5 GB.
+/// Whether a platen's field is short enough. Of a longer one, splines a pitch apart tell the aperture (`window`). Cost where it is: four times as
+/// many nodes; of 754 a pitch apart, which three couriers within four pitches of a beacon cross, a fit takes 0.5 GB.
 pub fn can_be_halved(sums: &Sums) -> bool {
     let mut ends = [[i32::MAX, i32::MIN]; 2];
     for (key, _) in &sums.columns {

@@ -15,7 +15,7 @@
 //!
 //! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
 //! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state; once the
-//! fields are near, `halved` `splines` tell the likeliest `aperture` by `blocks`, those of long fields in a `window` of them, and its `teeth` take their place) -> `passes` (until settled; the bound, with
+//! fields are near, `halved` `splines` tell the likeliest `aperture` by `blocks`, or splines a pitch apart in a `window` of a long field do, and its `teeth` take their place) -> `passes` (until settled; the bound, with
 //! `aperture_derivatives`) -> `judge` (held-out poses) -> `answer`, with each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
 
 mod answer;

@@ -132,8 +132,9 @@ fn forms(
 /// What a set with nameless shapes predicts, or one with a cause that is in no catalogue, a set of causes with names may predict as well:
 /// then it is these that the hypothesis tells of, whatever Occam's factor says of the two. Such causes leave what the other set leaves, as far
 /// as noise and their own inexactness go (9), none is a trifle. Lines give way to a cause that makes lines. Whatever the coordinates
-/// that it shows in, what has no name is one cause, and one stands in for it. Shapes beside a cause that is in no catalogue stay. Those over a
-/// quantity that recurs are a cause's as well: an effect that follows a course of its own, any course, takes none's place.
+/// that it shows in, what has no name is one cause, and one stands in for it. A cause that is in no catalogue does not give way where
+/// shapes beside it take more than a trifle. Nor do shapes over a quantity that recurs give way to an effect that follows a course of its own: it may
+/// follow any.
 pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [Hypothesis]) {
     let rows = problem.reduced.rows - problem.reduced.baseline as f64;
     let least = least_squares(problem.reduced.rows);
@@ -146,7 +147,7 @@ pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [
     for h in hypotheses.iter_mut().filter(|h| h.says == Says::Unknown) {
         let own = &all[h.set];
         let (left, many, lines) = match &own.nameless {
-            // What shapes beside it take no cause predicts that does as it alone.
+            // A cause that predicts what this one does alone does not predict what shapes take beside it.
             _ if !own.listed && h.left > least => continue,
             _ if !own.listed => (&own.left, own.set().len(), own.lines),
             Some((shapes, _)) => (&shapes.left, own.set().len() + 1, shapes.of_lines(problem)),
