@@ -4,6 +4,7 @@ use crate::data::folds::FOLDS;
 use crate::design::errors_in_variables::ErrorsInVariables;
 use crate::design::gram::{Columns, Gram};
 use crate::inference::fit::Fit;
+use crate::inference::fit_scatter::{ExpectedSquares, expected_squares};
 use crate::inference::schur::EliminatedBase;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -83,13 +84,26 @@ impl<'a> CrossValidation<'a> {
         if let Some(score) = self.known.get(&key) {
             return *score;
         }
-        let mut list: Vec<usize> = self.columns.blocks[0].columns.clone().collect();
-        for &block in &key {
-            list.extend(self.columns.blocks[block].columns.clone());
-        }
-        let score = self.score_columns(&list);
+        let score = self.score_columns(&self.list(&key));
         self.known.insert(key, score);
         score
+    }
+
+    /// Squares that the uncertainty of the amounts adds to the held-out ones of the baseline with some blocks. Cost: cube of the columns a fold.
+    pub fn expected(&self, blocks: &[usize]) -> ExpectedSquares {
+        expected_squares(self.gram, &self.list(blocks))
+    }
+
+    /// Number of columns of the baseline with some blocks.
+    pub fn columns_of(&self, blocks: &[usize]) -> usize {
+        self.list(blocks).len()
+    }
+
+    /// Columns of the baseline with some blocks.
+    fn list(&self, blocks: &[usize]) -> Vec<usize> {
+        let all = [0].iter().chain(blocks);
+        all.flat_map(|b| self.columns.blocks[*b].columns.clone())
+            .collect()
     }
 
     /// Held-out score of any columns (the baseline's must be among them).

@@ -180,7 +180,7 @@ pub fn roughly(
             |c: usize| (first.coefficients[at + c] - reduced.centre[columns.start + c]).powi(2);
         let squares = (0..count).map(square).sum::<f64>() + variance;
         at += count;
-        (squares / count as f64).ln()
+        scale::within((squares / count as f64).ln())
     };
     let sizes: Vec<f64> = set.iter().zip(&first.variances).map(step).collect();
     let change =

@@ -129,15 +129,13 @@ fn forms(
     })
 }
 
-/// What a set with nameless shapes predicts, or one with a cause that is in no catalogue, a set of causes with names may predict as well:
-/// then it is these that the hypothesis tells of, whatever Occam's factor says of the two. Such causes leave what the other set leaves, as far
-/// as noise and their own inexactness go (9), none is a trifle. Lines give way to a cause that makes lines. Whatever the coordinates
-/// that it shows in, what has no name is one cause, and one stands in for it. A cause that is in no catalogue does not give way where
-/// shapes beside it take more than a trifle. Nor do shapes over a quantity that recurs give way to an effect that follows a course of its own: it may
-/// follow any.
+/// What a set with nameless shapes predicts a set of causes may predict as well: then it is these that the hypothesis tells of. Such causes leave
+/// what the other set leaves, as far as noise and their own inexactness go (9), none is a trifle. What their freedom costs them is not asked:
+/// shapes that are likelier than the causes at the amounts that fit best are more than a description, and stay. Lines give way to a cause that makes
+/// lines. Whatever the coordinates that it shows in, what has no name is one cause, and one stands in for it. A cause that is in no catalogue is no shape
+/// and gives way to none. Nor do shapes over a quantity that recurs give way to an effect that follows a course of its own: it may follow any.
 pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [Hypothesis]) {
     let rows = problem.reduced.rows - problem.reduced.baseline as f64;
-    let least = least_squares(problem.reduced.rows);
     let causes: Vec<(usize, f64)> = hypotheses
         .iter()
         .filter(|h| h.says == Says::Named && !h.noise && h.left == 0.0)
@@ -146,19 +144,14 @@ pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [
         .collect();
     for h in hypotheses.iter_mut().filter(|h| h.says == Says::Unknown) {
         let own = &all[h.set];
-        let (left, many, lines) = match &own.nameless {
-            // A cause that predicts what this one does alone does not predict what shapes take beside it.
-            _ if !own.listed && h.left > least => continue,
-            _ if !own.listed => (&own.left, own.set().len(), own.lines),
-            Some((shapes, _)) => (&shapes.left, own.set().len() + 1, shapes.of_lines(problem)),
-            None => continue,
+        let Some((shapes, _)) = own.nameless.as_ref().filter(|_| own.listed) else {
+            continue;
         };
+        let (left, lines) = (&shapes.left, shapes.of_lines(problem));
         let told = rows - left.degrees;
-        let over_what_recurs = own.nameless.as_ref().is_some_and(|(shapes, _)| {
-            let each = shapes.coordinates.iter();
-            each.map(|c| &problem.coordinates[*c])
-                .any(|b| problem.recurring.contains(b))
-        });
+        let mut coordinates = shapes.coordinates.iter();
+        let over_what_recurs =
+            coordinates.any(|c| problem.recurring.contains(&problem.coordinates[*c]));
         let follows_anything = |e: &usize| over_what_recurs && problem.of_own_course.contains(e);
         let predicts_the_same = |k: usize| {
             let other = &all[k];
@@ -166,13 +159,19 @@ pub fn give_way_to_causes(problem: &Problem, all: &[Weighed], hypotheses: &mut [
             let has_more = |e: &usize| problem.of_lines.contains(e) && !own.set().contains(e);
             let lines_are_told =
                 other.set().iter().any(has_more) || lines <= limit(told) + other.lacking_of_lines;
-            other.set().len() <= many
+            other.set().len() <= own.set().len() + 1
                 && !other.set().iter().any(follows_anything)
                 && other.left.log_noise == own.left.log_noise
                 && lines_are_told
                 && more <= limit(told) + other.lacking
         };
-        let same = causes.iter().filter(|(k, _)| predicts_the_same(*k));
+        let is_refuted = |k: usize, log_weight: f64| {
+            let freedom = all[k].log_freedom(problem);
+            freedom.is_none_or(|f| log_weight - all[k].log_prior + f < h.log_weight)
+        };
+        let same = causes
+            .iter()
+            .filter(|(k, log_weight)| predicts_the_same(*k) && !is_refuted(*k, *log_weight));
         if let Some((k, _)) = same.max_by(|a, b| a.1.total_cmp(&b.1)) {
             (h.set, h.says, h.left) = (*k, Says::Named, 0.0);
         }

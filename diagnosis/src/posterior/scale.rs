@@ -32,6 +32,11 @@ pub fn log_prior(log_variance: f64) -> f64 {
     -(std::f64::consts::PI * half_width).ln() - (log_variance / half_width).powi(2).ln_1p()
 }
 
+/// The nearest logarithm of a variance over the stated one that is looked at.
+pub fn within(log_variance: f64) -> f64 {
+    log_variance.clamp(2.0 * RANGE[0], 2.0 * RANGE[1])
+}
+
 /// Probability that a variance is beyond so many times the stated one and within what is looked at.
 pub fn prior_beyond(times: f64) -> f64 {
     let beyond = |log: f64| 0.5 - (log / (2.0 * HALF_WIDTH)).atan() / std::f64::consts::PI;
@@ -69,7 +74,7 @@ pub fn about(near: f64, unknowns: usize, log_likelihood: impl Fn(f64) -> f64) ->
     // The logarithm of a variance that n normal numbers tell scatters by the root of 2 over n.
     let step = (width * (2.0 / unknowns.max(1) as f64).sqrt()).min(STEP);
     let [low, high] = RANGE.map(|size| 2.0 * size);
-    let mut middle = near.clamp(low, high);
+    let mut middle = within(near);
     loop {
         let points: Vec<f64> = (-count..=count)
             .map(|k| middle + step * f64::from(k))

@@ -1,7 +1,7 @@
 //! A set of effects with its weight under four hypotheses: with nameless shapes or without, by noise near the stated one or louder.
 
 use super::discrepancy;
-use super::evidence::{Fitted, gain};
+use super::evidence::{Fitted, gain, given};
 use super::least_size::{Share, lacking, least_squares, powers, shares};
 use super::nameless::{Nameless, beside};
 use super::noise_scale::{Left, NoiseScale, integrate, log_sum};
@@ -144,6 +144,15 @@ impl Weighed {
         let with_shapes = self.nameless.iter();
         let with_shapes = with_shapes.flat_map(|(s, kept)| of(&s.left, kept, s.log_prior));
         log_sum(alone.into_iter().chain(with_shapes))
+    }
+
+    /// Logarithm of what its freedom costs it: how much likelier the data are at the amounts that fit best than in the mean over all amounts and
+    /// sizes before the data. None where the baseline's equations cannot be solved.
+    pub fn log_freedom(&self, problem: &Problem) -> Option<f64> {
+        let noise = problem.stated * self.left.log_noise.exp();
+        let nothing = given(problem.reduced, &[], &[], noise)?.log_density;
+        let at_best = nothing + 0.5 * self.explained;
+        Some(at_best - self.fitted.given.log_density - self.fitted.log_widths)
     }
 
     /// Logarithm of its whole weight.

@@ -134,7 +134,9 @@ impl Weighing {
         let mut refutations: HashMap<usize, usize> = HashMap::new();
         for _ in 0..VETOES {
             let told = self.decide(true).first;
-            let Some(effect) = refuted(&mut validation, self.weighed[told].set()) else {
+            let set = &self.weighed[told];
+            let noise = self.stated * set.left.log_noise.exp();
+            let Some(effect) = refuted(&mut validation, set, noise) else {
                 self.weighed[..=told].rotate_right(1);
                 return;
             };

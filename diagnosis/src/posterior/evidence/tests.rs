@@ -197,3 +197,26 @@ fn a_blocks_own_axes_change_nothing() {
         );
     }
 }
+
+/// Amounts at thirty times their stated size: a set of both effects has sizes within what is looked at, as each alone has. Amounts beyond would make any
+/// companion a reason to leave less.
+#[test]
+fn sizes_in_a_set_are_no_larger_than_alone() {
+    let blocks = [("one", &[1.0][..]), ("other", &[1.0])];
+    let problem = SyntheticProblem::new(&blocks, &|rng| {
+        let (one, other, noise) = (normal(rng), normal(rng), normal(rng));
+        vec![1.0, one, other, 30.0 * one + noise]
+    });
+    let reduced = problem.reduced(&[1, 2]);
+    let alone = [0, 1].map(|b| {
+        let one = fitted(&reduced, &[b], &[0.0], 1.0).unwrap();
+        (one.log_variances[0], one.log_widths)
+    });
+    let both = roughly(&reduced, &[0, 1], &alone, 1.0).unwrap();
+    let largest = scale::within(f64::INFINITY);
+    assert!(
+        alone[0].0 <= largest && alone[0].0 > largest - 1.0,
+        "{alone:?}"
+    );
+    assert!(both.log_variances[0] <= largest, "{:?}", both.log_variances);
+}
