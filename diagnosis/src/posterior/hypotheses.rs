@@ -11,6 +11,9 @@ use std::collections::BTreeSet;
 /// Noise that is louder than stated by less than this in rms is no gap.
 const VISIBLE: f64 = crate::selection::limits::VISIBLE_GAP_RATIO;
 
+/// More of the gap than this that no effect explains, and that is located, is a gap which nothing named explains, however small it is.
+const UNEXPLAINED_SHARE: f64 = crate::selection::limits::UNEXPLAINED_SHARE;
+
 /// What a hypothesis says of the gap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Says {
@@ -112,12 +115,15 @@ fn forms(
         let left = told.trifles + shaped + if noise { 0.0 } else { unlocated };
         let of_lines = if shaped > 0.0 { lines } else { 0.0 };
         let trifle = left <= may_lack && of_lines < least + told.lacking_of_lines;
+        let explained = all[told.set].explained;
+        let explains = shaped <= told.lacking + UNEXPLAINED_SHARE * (explained + shaped);
         let says = match (all[told.set].set().is_empty(), noise) {
             _ if !all[told.set].listed => Says::Unknown,
             (true, false) if trifle => Says::NoGap,
             (true, false) => Says::Unknown,
-            _ if !trifle => Says::Unknown,
-            _ => Says::Named,
+            (true, true) if trifle => Says::Named,
+            _ if trifle && explains => Says::Named,
+            _ => Says::Unknown,
         };
         Hypothesis {
             set: told.set,
