@@ -1,8 +1,8 @@
 //! A recording by its path, whichever form it has: a folder, or one Parquet or MCAP file where this build has the feature `parquet` or
 //! `mcap`.
 
-use recording::{Error, Existing, Meta, Recording, Writer};
-use std::path::Path;
+use recording::{Error, Existing, META_FILE, Meta, Recording, SAMPLES_FILE, Writer};
+use std::path::{Path, PathBuf};
 
 /// What a recording in one file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +35,28 @@ pub fn is_recording(path: &Path) -> bool {
             Some(Form::Mcap) => mcap::is_recording(path),
             None => false,
         }
+}
+
+/// The recordings that some paths stand for: a folder that is none itself stands for those in it, by their names.
+#[must_use]
+pub fn within(paths: &[PathBuf]) -> Vec<PathBuf> {
+    paths.iter().flat_map(|path| in_one(path)).collect()
+}
+
+fn in_one(path: &Path) -> Vec<PathBuf> {
+    let holds_files = |folder: &Path| {
+        let mut names = [META_FILE, SAMPLES_FILE].iter();
+        names.any(|name| folder.join(name).exists())
+    };
+    let is_one =
+        |entry: &PathBuf| holds_files(entry) || form(entry).is_some_and(|_| is_recording(entry));
+    let entries = path.read_dir().into_iter().flatten().flatten();
+    let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_one).collect();
+    if holds_files(path) || found.is_empty() {
+        return vec![path.to_path_buf()];
+    }
+    found.sort();
+    found
 }
 
 /// Reads and checks the recording at `path`.
@@ -172,6 +194,21 @@ mod tests {
         let odd = folder.path().join("b.parquet");
         std::fs::create_dir(&odd).unwrap();
         assert!(form(&odd).is_none() && is_recording(&odd));
+    }
+
+    /// A folder of recordings stands for them; a recording, an empty folder and what is not there stand for themselves.
+    #[test]
+    fn a_folder_of_recordings_stands_for_them() {
+        let hall = tempfile::tempdir().unwrap();
+        let of = |name: &str| hall.path().join(name);
+        assert_eq!(within(&[hall.path().into()]), [hall.path()]);
+        for (name, file) in [("c2", META_FILE), ("c1", SAMPLES_FILE), ("notes", "a.txt")] {
+            std::fs::create_dir(of(name)).unwrap();
+            std::fs::write(of(name).join(file), "").unwrap();
+        }
+        assert_eq!(within(&[hall.path().into()]), [of("c1"), of("c2")]);
+        let named = [of("c1"), of("c9")];
+        assert_eq!(within(&named), named);
     }
 
     #[test]

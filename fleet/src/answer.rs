@@ -6,6 +6,7 @@ use crate::judge::held_out_m;
 use crate::key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
 use crate::member::Member;
 use crate::passes::Fitted;
+use crate::separated::{self, CellAnswer, WaveAnswer};
 use crate::shown::Spent;
 use crate::solve::{Posterior, solve};
 use crate::state::State;
@@ -65,7 +66,10 @@ pub struct CourierAnswer {
     pub fits: Fits,
     /// Predicted deviation of its own waves, equations (3) and (9), rms over a tooth and the segments, m: the value is the waves' own rms.
     pub waves_m: Told,
-
+    /// Each of these waves.
+    pub waves: Vec<WaveAnswer>,
+    /// Predicted covariance of the waves' amplitudes, m²: by wave, the sine before the cosine.
+    pub covariance_m2: Vec<Vec<f64>>,
     /// What both spans are longer by than stated, less the mean of all couriers, m: by itself a courier is its own mean.
     pub span_m: Told,
     /// What the span of segments 1 and 3 is longer by than the other, less the mean of all couriers, m.
@@ -87,6 +91,8 @@ pub struct PlatenAnswer {
     pub cells_alone: usize,
     /// Displacement of the teeth, rms over these cells and less its plane, m; deviations are rms as well, alone over that recording's own cells.
     pub field_m: Told,
+    /// The same cell by cell.
+    pub field: Vec<CellAnswer>,
     /// Pitch of x over that of y, less one. Straight parts of a field and rulings are one: what is told is their sum's share.
     pub pitch_difference: Told,
     /// Angle by which the lines of x are turned against those of y, rad.
@@ -216,13 +222,17 @@ impl View<'_> {
         let spent = Spent::of(self.posterior().shares_left());
         let of_one = |name: &Name| {
             let of = self.those(|member| member.courier == *name);
-            let [_, _, _, _, (_, span_m), (_, apart_m)] =
-                crate::state::further(&self.members[of[0]]);
+            let first = &self.members[of[0]];
+            let [_, _, _, _, (_, span_m), (_, apart_m)] = crate::state::further(first);
+            let (waves, covariance_m2) =
+                separated::waves(&self.fitted.state, self.posterior(), first);
             CourierAnswer {
                 courier: name.clone(),
                 recordings: of.len(),
                 fits: fits(self.members, self.fitted, &spent, &of),
                 waves_m: self.waves(&of),
+                waves,
+                covariance_m2,
                 span_m: self.less_mean(&of, SPAN, span_m),
                 spans_apart_m: self.less_mean(&of, SPANS_APART, apart_m),
             }
@@ -297,6 +307,8 @@ impl View<'_> {
                 .for_each(|(all, own)| all.extend(own));
         }
         let [(_, pitch), (_, square), ..] = crate::state::further(&self.members[of[0]]);
+        let state = &self.fitted.state;
+        let lattice = state.unknowns(&self.members[of[0]]).lattice();
         PlatenAnswer {
             platen: name.clone(),
             recordings: of.len(),
@@ -308,6 +320,7 @@ impl View<'_> {
                 .max()
                 .unwrap_or(0),
             field_m: self.field(name, &of, &all),
+            field: separated::cells(state, self.posterior(), name, lattice, &all),
             pitch_difference: self.told(&of, &Key::Ruling(Ruling::PitchDifference), pitch),
             out_of_square_rad: self.told(&of, &Key::Ruling(Ruling::OutOfSquare), square),
         }

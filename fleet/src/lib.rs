@@ -16,7 +16,7 @@
 //! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
 //! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state; once the
 //! fields are near, `halved` `splines` tell the likeliest `aperture` by `blocks`, or splines a pitch apart in a `window` of a long field do, and its `teeth` take their place) -> `passes` (until settled; the bound, with
-//! `aperture_derivatives`) -> `judge` (held-out poses) -> `answer`, with each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
+//! `aperture_derivatives`) -> `judge` (held-out poses) -> `answer`, with what was `separated` and each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
 
 mod answer;
 mod aperture;
@@ -37,6 +37,7 @@ mod neighbours;
 mod part;
 mod passes;
 mod register;
+mod separated;
 mod shown;
 mod solve;
 mod splines;
@@ -57,6 +58,7 @@ pub use member::Member;
 pub use part::{Part, Progress};
 pub use passes::{Fitted, at, bound, fit};
 pub use register::register;
+pub use separated::{CellAnswer, WaveAnswer};
 pub use shown::Shown;
 pub use solve::{Posterior, Solution, solve};
 pub use state::State;

@@ -173,7 +173,7 @@ def isolability(
 
 
 def encoder(
-    log: Path,
+    log: Source,
     *,
     columns: Optional[Mapping[str, str]] = None,
     rate_hz: Optional[float] = None,
@@ -185,7 +185,7 @@ def encoder(
 ) -> Encoder:
     """The errors of one encoder from its own log, without a reference.
 
-    ``log`` is a log as ``courier convert`` reads it, or a recording. ``columns`` says where a column comes from, as ``{"t_s": "time:ms", "q1s": "sin"}``;
+    ``log`` is a log as ``courier convert`` reads it, or a recording, which is read where it is. ``columns`` says where a column comes from, as ``{"t_s": "time:ms", "q1s": "sin"}``;
     ``rate_hz`` is for logs without time, ``pitch_m`` the length of a signal period, ``periods_per_turn`` that of a shaft.
     ``dbc`` names the signals of a candump log, ``rows_of`` the messages that make the rows.
     """
@@ -198,5 +198,6 @@ def encoder(
         dbc=None if dbc is None else os.fspath(dbc),
         rows_of=rows_of,
     )
-    text, told, constants = _native.encoder(words + ["--", os.fspath(log)])
+    path = log.path if isinstance(log, Recording) else os.fspath(log)
+    text, told, constants = _native.encoder(words + ["--", path])
     return made(Encoder, text, told, constants=Constants(*constants))

@@ -34,7 +34,6 @@ OTHERWISE = {
     "--force": "nothing is written",
     "--jobs": "diagnose_many",
     "--form": "the answer's constants",
-    "--explain": "not there yet",
     "--column": "columns",
     "--pitch": "pitch_m",
     "--travel": "travel_pitches",

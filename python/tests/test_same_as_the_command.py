@@ -80,6 +80,7 @@ def test_an_encoder(command, stage):
     for form in ("c", "moteus", "simplefoc"):
         assert getattr(answer.constants, form).rstrip() == command.says(*words, "--form", form).rstrip()
     same(courier.encoder(stage, periods_per_turn=25, segment=1), command, "encoder", stage, "--periods-per-turn", "25")
+    same(courier.encoder(courier.read(stage), periods_per_turn=25), command, "encoder", stage, "--periods-per-turn", "25")
 
 
 def test_many(command, stage, tmp_path):

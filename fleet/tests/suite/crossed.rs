@@ -3,8 +3,8 @@
 use crate::simulated::{along_a_strip, field_m, home_teeth, member, wider};
 use effects::plant::SEGMENTS;
 use fleet::{
-    Cells, Fitted, Function, Key, Member, Platen, Posterior, SPAN, State, answer, bound,
-    field_functions, fit, off_plane, value, visited,
+    Answer, CellAnswer, Cells, Fitted, Function, Key, Member, Platen, Posterior, SPAN, State,
+    answer, bound, field_functions, fit, off_plane, value, visited,
 };
 use hal_sim::presets::of_the_make;
 use nalgebra::DVector;
@@ -268,6 +268,41 @@ fn a_crossed_fleet_leaves_less_than_each_recording_alone() {
     }
     assert_eq!(answer.platens.len(), 2);
     assert_eq!(answer.platens[0].couriers, 2);
+    what_was_separated_is_what_is_told_of_it(&answer);
+}
+
+/// Cells and waves have the rms and the deviations that stand beside them.
+fn what_was_separated_is_what_is_told_of_it(answer: &Answer) {
+    let is_near = |of: f64, told: f64| (of / told - 1.0).abs() < 1.0e-6;
+    for platen in &answer.platens {
+        let rms = |of: &dyn Fn(&CellAnswer) -> f64| {
+            let squares: f64 = platen.field.iter().map(|cell| of(cell).powi(2)).sum();
+            (squares / platen.cells as f64).sqrt()
+        };
+        assert_eq!(platen.field.len(), platen.cells);
+        assert!(is_near(
+            rms(&|cell| cell.displacement_m),
+            platen.field_m.value
+        ));
+        assert!(is_near(
+            rms(&|cell| cell.deviation_m),
+            platen.field_m.deviation
+        ));
+    }
+    for courier in &answer.couriers {
+        let amplitudes = courier.waves.iter().flat_map(|wave| wave.amplitudes_m);
+        let squares: f64 = amplitudes.map(|m| m * m).sum();
+        assert!(is_near((squares / 8.0).sqrt(), courier.waves_m.value));
+        let trace: f64 = (0..80).map(|k| courier.covariance_m2[k][k]).sum();
+        assert!(is_near((trace / 8.0).sqrt(), courier.waves_m.deviation));
+        let last = &courier.waves[39];
+        assert_eq!((last.segment, last.orders), (4, [2, -1]));
+        let [sine, cosine] = last.deviations_m;
+        assert!(
+            courier.covariance_m2[78][79].abs() < sine * cosine,
+            "{last:?}"
+        );
+    }
 }
 
 /// A courier of another make among those of one, who are alike (see [`judged`]), is the one that fits worst.

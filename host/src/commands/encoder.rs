@@ -95,6 +95,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(args.form.is_none() || !args.json.is_printed() && args.json.file().is_none(), "--form: found --json beside it, wanted one of the two");
     let Learned { place, answer, geometry } = answer(args, &mut warn)?;
     if let Some(path) = &args.out {
+        if let Some(turn) = &answer.turn {
+            warn(&format!(
+                "{}: without the {} orders of the turn, since a calibration knows one signal period; --form c or simplefoc has them",
+                path.display(),
+                turn.orders.len()
+            ));
+        }
         let calibration = learned::calibration(&answer, args.segment(), &geometry)?;
         output::write(path, kinds::CALIBRATION, CalibrationFile::new(calibration).to_json()?.as_bytes())?;
     }

@@ -22,10 +22,10 @@ use std::process::ExitCode;
 /// step with --step; at its last state --at tells the answer.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  courier fleet hall/*\n  courier fleet hall/* --json fleet.json\n  courier fleet hall/c1 --part c1.part\n  courier fleet c1.part c2.part --join both.part\n  courier fleet both.part --step start.state\n  courier fleet hall/c1 --part c1.part --at start.state"
+    after_help = "Examples:\n  courier fleet hall\n  courier fleet hall/c1 hall/c2 --json fleet.json\n  courier fleet hall/c1 --part c1.part\n  courier fleet c1.part c2.part --join both.part\n  courier fleet both.part --step start.state\n  courier fleet hall/c1 --part c1.part --at start.state"
 )]
 pub struct Args {
-    /// Folders of recordings; for --join and --step, parts.
+    /// Recordings, or a folder that holds them; for --join and --step, parts.
     #[arg(required = true, num_args = 1.., value_name = "INPUT")]
     inputs: Vec<PathBuf>,
     /// A state that --step wrote: take the sums there, or tell the answer there without a further step.
@@ -68,7 +68,8 @@ impl Args {
                 files.reads(path)
             }
         };
-        let files = self.inputs.iter().chain(&self.at).fold(Files::default(), read);
+        let inputs = recordings::within(&self.inputs);
+        let files = inputs.iter().chain(&self.at).fold(Files::default(), read);
         let told = if self.step.is_some() { PROGRESS } else { ANSWER };
         files
             .writes(self.part.as_ref(), PART)
@@ -106,11 +107,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         })?;
         return Ok(ExitCode::SUCCESS);
     }
-    let members: Vec<Member> = args.inputs.iter().map(|path| member(path)).collect::<Result<_>>()?;
+    let inputs = recordings::within(&args.inputs);
+    let members: Vec<Member> = inputs.iter().map(|path| member(path)).collect::<Result<_>>()?;
     ensure!(
         members.len() > 1,
         "{}: found it alone, wanted two recordings or more: `courier map` tells the teeth under one",
-        args.inputs[0].display()
+        inputs[0].display()
     );
     let bar = progress(STEPS, "fitting");
     let fitted = fitted(&members, state, &|| bar.inc(1));
