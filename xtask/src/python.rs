@@ -29,7 +29,7 @@ struct Job {
 pub fn check() -> Result<()> {
     Job {
         name: "python",
-        packages: &[],
+        packages: &["duckdb"],
         features: "module",
         tests: "python/tests",
     }
