@@ -7,7 +7,7 @@ use crate::inference::cross_validation::CrossValidation;
 /// Share of what a set should predict of pieces that it was not fitted to, below which it is refuted. By definition: it is then more wrong about them
 /// than right.
 const PREDICTED_SHARE: f64 = 0.5;
-/// Standard deviations of what noise does to held-out squares, of which that many are not asked for: the 95 % of an interval.
+/// Standard deviations of what noise does to held-out squares that are not asked for. Derived from the normal distribution, of which 95 % lie within.
 const DEVIATIONS: f64 = 2.0;
 /// Columns from which on it is not asked what noise does to the held-out squares of a set. A bound on the work: their cube is what that costs.
 const MOST_COLUMNS: usize = 400;
