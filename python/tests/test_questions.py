@@ -19,7 +19,7 @@ def cell(value):
 
 def test_the_questions_have_the_answers_of_the_page(tmp_path, monkeypatch):
     text = PAGE.read_text(encoding="utf-8")
-    questions = re.findall(r"```sql\n(.*?)```\n\n((?:\|.*\n)+)", text, re.DOTALL)
+    questions = re.findall(r"```sql\n([^`]*)```\n\n((?:\|[^\n]*\n)+)", text)
     assert len(questions) == 3
     survey = pathlib.Path(SURVEY).absolute()
     monkeypatch.chdir(tmp_path)
