@@ -1,6 +1,6 @@
 //! What many recordings tell together, and what each told by itself.
 
-use crate::functions::{Cells, Function, field_functions, own_functions_of, value, visited};
+use crate::functions::{Cells, Function, own_functions_of, value, visited};
 use crate::homogeneity::{Fits, fits};
 use crate::judge::held_out_m;
 use crate::key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
@@ -309,6 +309,7 @@ impl View<'_> {
         let [(_, pitch), (_, square), ..] = crate::state::further(&self.members[of[0]]);
         let state = &self.fitted.state;
         let lattice = state.unknowns(&self.members[of[0]]).lattice();
+        let field = separated::cells(state, self.posterior(), name, lattice, &all);
         PlatenAnswer {
             platen: name.clone(),
             recordings: of.len(),
@@ -319,35 +320,33 @@ impl View<'_> {
                 .map(|i| count(&self.alone[*i].cells))
                 .max()
                 .unwrap_or(0),
-            field_m: self.field(name, &of, &all),
-            field: separated::cells(state, self.posterior(), name, lattice, &all),
+            field_m: self.field(name, &of, &field),
+            field,
             pitch_difference: self.told(&of, &Key::Ruling(Ruling::PitchDifference), pitch),
             out_of_square_rad: self.told(&of, &Key::Ruling(Ruling::OutOfSquare), square),
         }
     }
 
-    fn field(&self, name: &Platen, of: &[usize], all: &[Cells; 2]) -> Told {
+    /// The rms of a field's cells, all recordings together, and by the best of some alone over its own cells.
+    fn field(&self, name: &Platen, of: &[usize], together: &[CellAnswer]) -> Told {
         let unknowns = self.fitted.state.unknowns(&self.members[of[0]]);
-        let lattice = unknowns.lattice();
-        let functions = |cells: &[Cells; 2]| -> Vec<Function> {
-            (0..2)
-                .flat_map(|d| field_functions(lattice, d as u8, &cells[d]))
-                .collect()
+        let rms = |cells: &[CellAnswer], of_one: &dyn Fn(&CellAnswer) -> f64| {
+            let squares: f64 = cells.iter().map(|cell| of_one(cell).powi(2)).sum();
+            (squares / cells.len().max(1) as f64).sqrt()
         };
-        let rms = |functions: &[Function], deviation: &(dyn Fn(&Function) -> f64 + Sync)| {
-            let squares: f64 = functions.par_iter().map(|f| deviation(f).powi(2)).sum();
-            (squares / functions.len().max(1) as f64).sqrt()
-        };
-        let together = functions(all);
+        let deviation = |cells: &[CellAnswer]| rms(cells, &|cell| cell.deviation_m);
         let alone = of.iter().map(|i| {
             let Alone {
-                posterior, cells, ..
+                state,
+                posterior,
+                cells,
             } = &self.alone[*i];
-            rms(&functions(cells), &|f| posterior.deviation(name, f))
+            let lattice = unknowns.lattice();
+            deviation(&separated::cells(state, posterior, name, lattice, cells))
         });
         Told {
-            value: rms(&together, &|f| value(&self.fitted.state, name, f)),
-            deviation: rms(&together, &|f| self.posterior().deviation(name, f)),
+            value: rms(together, &|cell| cell.displacement_m),
+            deviation: deviation(together),
             alone: alone.fold(f64::INFINITY, f64::min),
             prior: unknowns.field_prior_m(),
         }

@@ -36,8 +36,8 @@ const LEAST_DAMPING: f64 = 1.0e-3;
 
 /// The next state. Where all is settled but the noise, it is the same with the noise that the recordings show; once that was told, and before
 /// it is told again, the same with halved splines, and then with fields of teeth under the aperture that these tell. Fields that are too long to be
-/// halved tell the aperture once the noise was told again. Where the last step has made less of what is left, it is a step on; else it is the one before, for a shorter step: angles, lever arms and spans may change together
-/// along a curve that no reading sees, and a straight step along it goes astray.
+/// halved tell the aperture once the noise was told again. Where the last step has made less of what is left, it is a step on; else it is the one
+/// before, for a shorter step: angles, lever arms and spans may change together along a curve that no reading sees, and a straight step along it goes astray.
 ///
 /// # Errors
 /// A reading is no number.

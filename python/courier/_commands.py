@@ -185,7 +185,8 @@ def encoder(
 ) -> Encoder:
     """The errors of one encoder from its own log, without a reference.
 
-    ``log`` is a log as ``courier convert`` reads it, or a recording, which is read where it is. ``columns`` says where a column comes from, as ``{"t_s": "time:ms", "q1s": "sin"}``;
+    ``log`` is a log as ``courier convert`` reads it, or a recording, which is read where it is. ``columns`` says where a column comes from, as
+    ``{"t_s": "time:ms", "q1s": "sin"}``;
     ``rate_hz`` is for logs without time, ``pitch_m`` the length of a signal period, ``periods_per_turn`` that of a shaft.
     ``dbc`` names the signals of a candump log, ``rows_of`` the messages that make the rows.
     """

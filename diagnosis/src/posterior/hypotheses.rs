@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 /// Noise that is louder than stated by less than this in rms is no gap.
 const VISIBLE: f64 = crate::selection::limits::VISIBLE_GAP_RATIO;
 
-/// More of the gap than this that no effect explains, and that is located, is a gap which nothing named explains, however small it is.
+/// A set of effects does not explain a gap of which shapes hold more than this share. By definition, as for the rules.
 const UNEXPLAINED_SHARE: f64 = crate::selection::limits::UNEXPLAINED_SHARE;
 
 /// What a hypothesis says of the gap.
@@ -115,15 +115,14 @@ fn forms(
         let left = told.trifles + shaped + if noise { 0.0 } else { unlocated };
         let of_lines = if shaped > 0.0 { lines } else { 0.0 };
         let trifle = left <= may_lack && of_lines < least + told.lacking_of_lines;
-        let explained = all[told.set].explained;
-        let explains = shaped <= told.lacking + UNEXPLAINED_SHARE * (explained + shaped);
-        let says = match (all[told.set].set().is_empty(), noise) {
-            _ if !all[told.set].listed => Says::Unknown,
-            (true, false) if trifle => Says::NoGap,
-            (true, false) => Says::Unknown,
-            (true, true) if trifle => Says::Named,
-            _ if trifle && explains => Says::Named,
-            _ => Says::Unknown,
+        let set = &all[told.set];
+        // Of nothing, and of louder noise alone, no share is asked.
+        let most = told.lacking + UNEXPLAINED_SHARE * (set.explained + shaped);
+        let explains = set.set().is_empty() || shaped <= most;
+        let says = match (set.set().is_empty(), noise) {
+            _ if !set.listed || !trifle || !explains => Says::Unknown,
+            (true, false) => Says::NoGap,
+            _ => Says::Named,
         };
         Hypothesis {
             set: told.set,

@@ -3,8 +3,8 @@
 use crate::simulated::{along_a_strip, field_m, home_teeth, member, wider};
 use effects::plant::SEGMENTS;
 use fleet::{
-    Answer, CellAnswer, Cells, Fitted, Function, Key, Member, Platen, Posterior, SPAN, State,
-    answer, bound, field_functions, fit, off_plane, value, visited,
+    Answer, Cells, Fitted, Function, Key, Member, Platen, Posterior, SPAN, State, answer, bound,
+    field_functions, fit, off_plane, value, visited,
 };
 use hal_sim::presets::of_the_make;
 use nalgebra::DVector;
@@ -268,26 +268,28 @@ fn a_crossed_fleet_leaves_less_than_each_recording_alone() {
     }
     assert_eq!(answer.platens.len(), 2);
     assert_eq!(answer.platens[0].couriers, 2);
-    what_was_separated_is_what_is_told_of_it(&answer);
+    what_was_separated_is_what_is_told_of_it(&members[0], &fitted, &answer);
 }
 
-/// Cells and waves have the rms and the deviations that stand beside them.
-fn what_was_separated_is_what_is_told_of_it(answer: &Answer) {
+/// Cells are the fields' functions at their places, and waves have the rms and the deviation that stand beside them.
+fn what_was_separated_is_what_is_told_of_it(of_first: &Member, fitted: &Fitted, answer: &Answer) {
     let is_near = |of: f64, told: f64| (of / told - 1.0).abs() < 1.0e-6;
+    let lattice = fitted.state.unknowns(of_first).lattice();
     for platen in &answer.platens {
-        let rms = |of: &dyn Fn(&CellAnswer) -> f64| {
-            let squares: f64 = platen.field.iter().map(|cell| of(cell).powi(2)).sum();
-            (squares / platen.cells as f64).sqrt()
-        };
         assert_eq!(platen.field.len(), platen.cells);
-        assert!(is_near(
-            rms(&|cell| cell.displacement_m),
-            platen.field_m.value
-        ));
-        assert!(is_near(
-            rms(&|cell| cell.deviation_m),
-            platen.field_m.deviation
-        ));
+        for (direction, name) in [(0, 'x'), (1, 'y')] {
+            let of_it = platen.field.iter().filter(|cell| cell.field == name);
+            let cells: Cells = of_it.clone().map(|cell| cell.teeth).collect();
+            let functions = field_functions(lattice, direction, &cells);
+            assert!(functions.len() > 20, "{}", functions.len());
+            for (cell, function) in of_it.zip(functions) {
+                let displacement_m = value(&fitted.state, &platen.platen, &function);
+                let posterior = &fitted.solution.posterior;
+                let deviation_m = posterior.deviation(&platen.platen, &function);
+                assert!(is_near(cell.displacement_m, displacement_m), "{cell:?}");
+                assert!(is_near(cell.deviation_m, deviation_m), "{cell:?}");
+            }
+        }
     }
     for courier in &answer.couriers {
         let amplitudes = courier.waves.iter().flat_map(|wave| wave.amplitudes_m);
