@@ -4,6 +4,7 @@ use crate::arm::{self, say};
 use crate::plugin::{self, Build};
 use crate::recordings;
 use anyhow::{Context, Result, ensure};
+use cases::encoder::{TURN, Turns};
 use cases::parity::{INPUTS, ROWS, frames, rows, signal};
 use cases::setups::Setup;
 use cases::{PACKED, UNKNOWNS};
@@ -31,7 +32,7 @@ fn generated(image: &Path) -> Result<()> {
     compare(
         &there,
         "encoder",
-        cases::encoder::digest(&mut Learner::new()),
+        cases::encoder::digest(&mut Learner::new(), &mut Turns::new(TURN)),
     )?;
     say(&format!(
         "{INPUTS} inputs of the signal path and {ROWS} Givens rows with their solutions, one encoder by itself: the same bits"

@@ -2,12 +2,27 @@
 
 use crate::digest::Digest;
 use crate::inputs::Random;
-use courier_sensor::encoder::{Encoder, EncoderConfig, Harmonics, Learner, Reading};
+use courier_sensor::encoder::{
+    Encoder, EncoderConfig, Harmonics, Learner, Reading, TURN_DRIFT, TurnLearner, TurnTable,
+};
+use courier_sensor::lsq::packed_len;
 use courier_sensor::math::sincos_turns;
 use courier_sensor::quadrature::PairCorrection;
 
 /// Samples of one check: 60 periods, there and back.
 pub const SAMPLES: u32 = 6_000;
+
+/// Periods of a turn.
+pub const TURN: u32 = 12;
+/// Unknowns of twenty orders of the turn, and of as many as a ring of 25 pole pairs needs.
+const UNKNOWNS: usize = TURN_DRIFT + 2 * 20;
+const RING_UNKNOWNS: usize = TURN_DRIFT + 2 * 50;
+/// What learns twenty orders of the turn.
+pub type Turns = TurnLearner<UNKNOWNS, { packed_len(UNKNOWNS) }>;
+/// What learns those of a ring of 25 pole pairs.
+pub type RingTurns = TurnLearner<RING_UNKNOWNS, { packed_len(RING_UNKNOWNS) }>;
+/// A table of either.
+pub type Table = TurnTable<256>;
 
 /// A pair with a correction and all orders, and its motion.
 pub struct Turning {
@@ -57,8 +72,8 @@ impl Turning {
     }
 }
 
-/// Digest of all readings and of what they teach, into a learner of the caller's (it is large).
-pub fn digest(learner: &mut Learner) -> u64 {
+/// Digest of all readings and of what they teach, into learners of the caller's (they are large).
+pub fn digest(learner: &mut Learner, turns: &mut Turns) -> u64 {
     let mut digest = Digest::default();
     let Some(mut turning) = Turning::new(11) else {
         return 0;
@@ -76,6 +91,15 @@ pub fn digest(learner: &mut Learner) -> u64 {
             reading.calibrated_turns,
         ]);
         learner.enter(&reading);
+        turns.enter(&reading, 5);
+    }
+    if let Ok(learned) = turns.solve() {
+        digest.word(learned.orders as u32);
+        digest.floats(&learned.values);
+        digest.floats(&learned.deviations);
+        let table = Table::new(&learned);
+        let reading = turning.read([9_000, -7_000]);
+        digest.floats(&[learned.before, learned.after, table.at(&reading, 5)]);
     }
     if let Ok(learned) = learner.solve() {
         digest.word(learned.stretches);

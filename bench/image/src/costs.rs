@@ -2,7 +2,7 @@
 
 use crate::counter::{Statistics, measure};
 use crate::{estimator, peers};
-use cases::encoder::{SAMPLES, Turning};
+use cases::encoder::{RingTurns, SAMPLES, TURN, Table, Turning};
 use cases::inputs::Inputs;
 use cases::rows::Rows;
 use cases::setups::Setup;
@@ -142,4 +142,29 @@ fn encoder() {
     sample.print("encoder_sample");
     row.print("encoder_row_9");
     learning.print("encoder_learn");
+    turn();
+}
+
+/// Fifty orders of the turn: what the table adds, what a reading teaches (a row of 106 unknowns, at times), and the answer.
+fn turn() {
+    let mut turning = Turning::new(99).expect("constants in range");
+    let turns = cortex_m::singleton!(: RingTurns = RingTurns::new(TURN)).expect("called once");
+    let [mut adding, mut learning, mut solving] = [Statistics::default(); 3];
+    let mut table = None;
+    for n in 0..3 * SAMPLES {
+        let counts = turning.counts();
+        let reading = turning.read(counts);
+        learning.add(measure(|| turns.enter(black_box(&reading), 0)).0);
+        if n == 2 * SAMPLES {
+            let (taken, learned) = measure(|| turns.solve());
+            solving.add(taken);
+            table = learned.ok().map(|learned| Table::new(&learned));
+        }
+        if let Some(table) = &table {
+            adding.add(measure(|| black_box(table.at(black_box(&reading), 0))).0);
+        }
+    }
+    adding.print("encoder_turn");
+    learning.print("encoder_turn_learn");
+    solving.print("encoder_turn_solve");
 }

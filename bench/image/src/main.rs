@@ -10,6 +10,7 @@ mod joint;
 mod peers;
 mod recorded;
 
+use cases::encoder::{TURN, Turns};
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use courier_sensor::encoder::Learner;
@@ -40,5 +41,6 @@ fn parity() {
     }
     hprintln!("rows {:016x}", cases::parity::rows(estimator::take()));
     let learner = cortex_m::singleton!(: Learner = Learner::new()).expect("called once");
-    hprintln!("encoder {:016x}", cases::encoder::digest(learner));
+    let turns = cortex_m::singleton!(: Turns = Turns::new(TURN)).expect("called once");
+    hprintln!("encoder {:016x}", cases::encoder::digest(learner, turns));
 }

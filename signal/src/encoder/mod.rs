@@ -34,9 +34,13 @@ mod harmonics;
 mod learner;
 mod pair;
 mod stretch;
+mod turn;
+mod turn_table;
 
 pub use circle::{CIRCLE_ORDERS, CIRCLE_UNKNOWNS, Circle, Round};
 pub use harmonics::{Harmonics, ORDERS};
 pub use learner::{Learned, Learner, PERIODS};
 pub use pair::{Encoder, EncoderConfig, Reading};
 pub use stretch::{COLUMNS, DRIFT, Stretch};
+pub use turn::{LearnedTurn, TURN_DRIFT, TurnError, TurnLearner};
+pub use turn_table::TurnTable;

@@ -66,6 +66,24 @@ pub struct Reading {
     pub slipped: bool,
 }
 
+impl Reading {
+    /// The whole place next to this one: taken as the shaft passes an index, it is where a turn begins.
+    #[must_use]
+    pub fn nearest_zero(&self) -> i32 {
+        let further =
+            i32::from(self.calibrated_turns > 0.5) - i32::from(self.calibrated_turns < -0.5);
+        self.periods.wrapping_add(further)
+    }
+
+    /// Part of a turn of `periods` (1 to 2^24) that has gone by since the whole place `turn_start`, -0.5 / `periods` to 1.
+    #[must_use]
+    pub fn of_turn(&self, periods: u32, turn_start: i32) -> f32 {
+        let periods = periods.clamp(1, 1 << 24) as i32;
+        let whole = self.periods.wrapping_sub(turn_start).rem_euclid(periods);
+        (whole as f32 + self.calibrated_turns) / periods as f32
+    }
+}
+
 /// The signal path of one pair, and how far it has counted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Encoder {

@@ -7,13 +7,14 @@
 //!
 //! * `packed`: where things lie; `rotate`: a row into the factor, four square-root-free rotations a pass;
 //! * `triangle`: the factor, its right-hand side, residual and count; `downdate` takes a row out, `predict` foretells one,
-//!   `shift` counts the unknowns from another point;
+//!   `shift` counts the unknowns from another point, `block` takes the last unknowns by themselves;
 //! * `upper`: the factor as it is solved, with ordinary rotations (`givens`); `spectrum`: its singular values;
 //!   `null`: a direction it does not determine;
 //! * `solve`: rank, condition number, solution, covariance.
 //!
 //! Sizes are const generics: `N` unknowns at most and `P = packed_len(N)`; fewer unknowns may be in use at run time.
 
+mod block;
 mod downdate;
 mod givens;
 mod null;

@@ -6,7 +6,11 @@ mod converter;
 
 use self::converter::Converter;
 
-use courier_signal::encoder::{Encoder, EncoderConfig, Harmonics, Learner};
+use courier_signal::encoder::{
+    Encoder, EncoderConfig, Harmonics, Learner, TURN_DRIFT, TurnLearner, TurnTable,
+};
+use courier_signal::lsq::packed_len;
+use core::hint::black_box;
 use courier_signal::quadrature::PairCorrection;
 use panic_halt as _;
 
@@ -15,6 +19,11 @@ const READINGS: u32 = 100_000;
 /// Largest step from the foretold phase at which periods are counted, turns, and the newest step's share in the speed.
 const SLIP_TURNS: f32 = 0.2;
 const SPEED_FILTER: f32 = 0.25;
+
+/// A ring of 25 pole pairs, and two orders of the turn for each: 47 KiB. It has no index: a turn begins where the shaft stood at the start.
+const PERIODS: u32 = 25;
+const UNKNOWNS: usize = TURN_DRIFT + 4 * PERIODS as usize;
+const TURN_START: i32 = 0;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -26,6 +35,9 @@ fn main() -> ! {
     };
     let mut encoder = Encoder::new(config);
     let mut learner = Learner::new();
+    let mut turns = TurnLearner::<UNKNOWNS, { packed_len(UNKNOWNS) }>::new(PERIODS);
+    let mut table: Option<TurnTable<800>> = None;
+    let mut is_straight = false;
     loop {
         for _ in 0..READINGS {
             // A conversion that failed is no reading.
@@ -34,9 +46,25 @@ fn main() -> ! {
             };
             // Twelve bits about half the supply.
             let counts = read.map(|count| count as i16 - 2048);
-            learner.enter(&encoder.step(counts));
+            let reading = encoder.step(counts);
+            let of_turn = table
+                .as_ref()
+                .map_or(0.0, |table| table.at(&reading, TURN_START));
+            // The place, for whoever wants it.
+            black_box((reading.periods, reading.calibrated_turns + of_turn));
+            if is_straight {
+                turns.enter(&reading, TURN_START);
+            } else {
+                learner.enter(&reading);
+            }
         }
-        // While the shaft is spun: the circle first, and the angle's orders once that is round.
+        // While the shaft is spun: the circle first, the angle's orders once that is round, and then the orders of the turn.
+        if is_straight {
+            if let Ok(learned) = turns.solve() {
+                table = Some(TurnTable::new(&learned));
+            }
+            continue;
+        }
         let (round, learned) = (learner.circle.solve(), learner.solve());
         let mut harmonics = none;
         if let Ok(round) = round {
@@ -44,6 +72,7 @@ fn main() -> ! {
             let moved = [0, 1].map(|k| corrected.offset_counts[k] - pair.offset_counts[k]);
             if let (true, Ok(learned)) = (moved.iter().all(|moved| moved.abs() < 1.0), learned) {
                 harmonics = learned.harmonics;
+                is_straight = true;
             }
             pair = corrected;
         }
