@@ -1,26 +1,8 @@
 //! The MCAP file that `courier monitor` writes besides, in builds with the feature `mcap`.
 
+use crate::seen::Seen;
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
-
-/// What a line of the monitor says.
-#[derive(Clone, Copy, Debug)]
-#[cfg_attr(
-    not(feature = "mcap"),
-    expect(dead_code, reason = "a build without the feature writes nothing")
-)]
-pub struct Seen<'a> {
-    /// The board's time, s.
-    pub t_s: f64,
-    /// x and y, m.
-    pub place_m: [f64; 2],
-    /// The angle by each pair, rad.
-    pub theta_rad: [f64; 2],
-    /// g_p, m.
-    pub parity_m: f64,
-    /// The status' bits, and their names.
-    pub status: (u32, &'a str),
-}
 
 /// A new file, which is never put over another.
 pub struct MonitorFile {
@@ -63,7 +45,6 @@ mod form {
     use anyhow::{Context, Result};
     use std::fs::File;
     use std::path::Path;
-    use std::time::{SystemTime, UNIX_EPOCH};
 
     /// Begun with the first state: only that tells when the board's time was zero.
     pub(super) enum Live {
@@ -79,24 +60,11 @@ mod form {
 
     pub(super) fn push(live: &mut Live, seen: &Seen) -> Result<()> {
         let mut begun = match std::mem::replace(live, Live::Failed) {
-            Live::Ready(file) => {
-                let now_ns = SystemTime::now().duration_since(UNIX_EPOCH)?.as_nanos();
-                let zero_ns = u64::try_from(now_ns)?.saturating_sub((seen.t_s * 1e9) as u64);
-                Box::new(bag::Live::begin(file, zero_ns)?)
-            }
+            Live::Ready(file) => Box::new(bag::Live::begin(file, seen.zero_ns()?)?),
             Live::Begun(begun) => begun,
             Live::Failed => return Ok(()),
         };
-        let [x_m, y_m] = seen.place_m;
-        let state = bag::State {
-            t_s: seen.t_s,
-            x_m,
-            y_m,
-            theta_rad: seen.theta_rad,
-            parity_m: seen.parity_m,
-            status: seen.status,
-        };
-        begun.push(&state)?;
+        begun.push(&seen.state())?;
         *live = Live::Begun(begun);
         Ok(())
     }

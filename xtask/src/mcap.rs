@@ -67,7 +67,7 @@ pub fn nightly() -> Result<()> {
     cut(&command, folder)?;
     readers::with_python(&command, folder)?;
     rosbags::with_rosbags(&command, folder)?;
-    readers::with_foxglove(folder)
+    readers::with_foxglove(&command, folder)
 }
 
 /// A monitor's file without its end is read as far as it goes; a recording's is refused.

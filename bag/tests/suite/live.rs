@@ -5,9 +5,9 @@ use convert::Beside;
 use std::fs::File;
 
 /// Time zero of the board.
-const ZERO_NS: u64 = 1_764_248_400_000_000_000;
+pub const ZERO_NS: u64 = 1_764_248_400_000_000_000;
 
-fn state(row: u32) -> State<'static> {
+pub fn state(row: u32) -> State<'static> {
     let t_s = f64::from(row) / 50.0;
     State {
         t_s,

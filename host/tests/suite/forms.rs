@@ -69,6 +69,9 @@ fn a_build_without_mcap_says_how_to_have_it() {
         asked(folder.path(), line).refused(&["a.mcap: found the name of an MCAP file", wanted]);
     }
     asked(folder.path(), "monitor --seconds 1 --mcap a.mcap").refused(&["a.mcap: found --mcap, wanted a courier with MCAP: `cargo install --path host --features mcap`"]);
+    asked(folder.path(), "monitor --seconds 1 --serve").refused(&[
+        "found --serve, wanted a courier with MCAP: `cargo install --path host --features mcap`",
+    ]);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 

@@ -7,6 +7,9 @@
 //! * **its motion is smooth.** What repeats with every period, at every speed and both ways, is not the motion but the sensor.
 //!   [`Stretch`] takes the phase over two periods as a cubic of time plus the error; [`Learner`] adds stretches up.
 //!
+//! Where it is known how many periods make a turn, what repeats with the turn is told in the same way, single poles and eccentricity:
+//! [`TurnLearner`] takes two turns at a time as a quintic plus the error, and [`TurnTable`] has the sum for the interrupt.
+//!
 //! What each sees, exactly. Written as one complex number, `cosine + i sine = A (exp(i phi) + sum over k of z_k exp(i k phi))`. To first
 //! order the radius has, at order n, the real part of `(z_(1+n) + conj z_(1-n)) exp(i n phi)`, and the angle the imaginary part of
 //! `(z_(1+n) - conj z_(1-n)) exp(i n phi)`. So the radius tells the angle's order n only where one of the two is known to be absent. An

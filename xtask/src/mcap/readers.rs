@@ -120,14 +120,65 @@ async function messages(path, topic) {
 })().catch((error) => { console.error(error); process.exit(1); });
 "#;
 
+/// What Foxglove's client makes of a monitor that it connects to: its own record of what came, and the lines that the monitor printed.
+const BY_CLIENT: &str = r#"
+const assert = require('node:assert');
+const { spawn } = require('node:child_process');
+const { FoxgloveClient } = require('@foxglove/ws-protocol');
+const { WebSocket } = require('ws');
+const { parse } = require('@foxglove/rosmsg');
+const { MessageReader } = require('@foxglove/rosmsg2-serialization');
+const [command] = process.argv.slice(1);
+const monitor = spawn(command, ['--sim-preset', 'ideal', 'monitor', '--rate-hz', '50', '--seconds', '6', '--json', '--serve', '127.0.0.1:0']);
+let printed = '', told = '', connected = false;
+const seen = { '/state': [], '/pose': [] };
+monitor.stdout.on('data', (data) => { printed += data; });
+monitor.stderr.on('data', (data) => {
+    told += data;
+    const address = told.match(/(ws:\S+)\n/);
+    if (address && !connected) connect(address[1]);
+});
+function connect(address) {
+    connected = true;
+    const client = new FoxgloveClient({ ws: new WebSocket(address, ['foxglove.sdk.v1', FoxgloveClient.SUPPORTED_SUBPROTOCOL]) });
+    const readers = new Map();
+    client.on('error', (error) => { throw error; });
+    client.on('advertise', (channels) => channels.forEach((channel) => {
+        assert.deepStrictEqual([channel.schemaEncoding, channel.encoding], ['ros2msg', 'cdr']);
+        const reader = new MessageReader(parse(channel.schema, { ros2: true }));
+        readers.set(client.subscribe(channel.id), { topic: channel.topic, reader });
+    }));
+    client.on('message', ({ subscriptionId, timestamp, data }) => {
+        const { topic, reader } = readers.get(subscriptionId);
+        seen[topic].push({ ...reader.readMessage(data), timestamp });
+    });
+}
+monitor.on('close', (code) => {
+    assert.strictEqual(code, 0, told);
+    const lines = printed.trimEnd().split('\n').map((line) => JSON.parse(line));
+    const at = new Map(lines.map((line) => [line.t_s, line]));
+    for (const topic of Object.keys(seen)) assert(seen[topic].length > 100, `${seen[topic].length} of ${topic}`);
+    for (const state of seen['/state']) assert.strictEqual(state.x_m, at.get(state.t_s).x_m);
+    // It was asked for after the states.
+    const states = new Map(seen['/state'].map((state) => [state.timestamp, state]));
+    for (const pose of seen['/pose']) assert.strictEqual(pose.pose.position.x, states.get(pose.timestamp).x_m);
+    const [first] = seen['/pose'];
+    assert.strictEqual(first.header.frame_id, 'platen');
+    assert.strictEqual(BigInt(first.header.stamp.sec) * 1000000000n + BigInt(first.header.stamp.nanosec ?? first.header.stamp.nsec), first.timestamp);
+    process.exit(0);
+});
+"#;
+
 /// Python's reader and writer, and PlotJuggler's decoder, which `mcap-bag-parser` holds.
 const OF_PYTHON: [&str; 4] = ["mcap", "mcap-ros2-support", "mcap-bag-parser", "msgpack"];
 /// Foxglove's libraries, for node.
-const OF_FOXGLOVE: [&str; 4] = [
+const OF_FOXGLOVE: [&str; 6] = [
     "@mcap/core",
     "@mcap/support",
     "@foxglove/rosmsg",
     "@foxglove/rosmsg2-serialization",
+    "@foxglove/ws-protocol",
+    "ws",
 ];
 
 /// By Python's readers and by PlotJuggler's decoder of messages, and a bag that Python writes.
@@ -150,8 +201,8 @@ pub fn with_python(command: &Path, folder: &Path) -> Result<()> {
     )
 }
 
-/// By the libraries of Foxglove.
-pub fn with_foxglove(folder: &Path) -> Result<()> {
+/// By the libraries of Foxglove, files and a monitor that runs.
+pub fn with_foxglove(command: &Path, folder: &Path) -> Result<()> {
     let installed = || {
         std::fs::write(folder.join("package.json"), "{}")?;
         let words = "install --silent --no-audit --no-fund --ignore-scripts";
@@ -172,5 +223,12 @@ pub fn with_foxglove(folder: &Path) -> Result<()> {
             .args(["-e", BY_FOXGLOVE])
             .current_dir(folder),
     )
-    .context("Foxglove")
+    .context("Foxglove")?;
+    arm::run(
+        Command::new("node")
+            .args(["-e", BY_CLIENT, "--"])
+            .arg(command)
+            .current_dir(folder),
+    )
+    .context("Foxglove's client")
 }
