@@ -3,10 +3,13 @@
 use crate::definition::Definition;
 use crate::open::{open, walk};
 use crate::topic::{Form, Topic};
-use convert::{Beside, Log, together};
+use convert::{Beside, Log, together, told_how};
 use recording::Error;
 use std::collections::HashMap;
 use std::path::Path;
+
+/// How a sensor's output comes into a bag.
+const HOW_TO_RECORD: &str = "ros2 bag record --storage mcap TOPIC, where TOPIC has numbers, as sensor_msgs/JointState has position and std_msgs/Float64MultiArray has data";
 
 /// The topics of a file, each a kind of messages: those of ROS 2 (`ros2msg` and CDR) and of JSON. A topic's times are the stamps of its
 /// headers, or when a message was logged.
@@ -33,8 +36,7 @@ pub fn log(path: &Path, beside: &Beside) -> Result<Log, Error> {
         },
     )?;
     let mut notes: Vec<String> = topics.iter().filter_map(Topic::left_aside).collect();
-    let known = topics.iter().filter(|topic| topic.rows() > 0).count();
-    if known == 0 {
+    if topics.iter().all(|topic| topic.left_aside().is_some()) {
         let found = if notes.is_empty() {
             "no messages".to_owned()
         } else {
@@ -43,7 +45,10 @@ pub fn log(path: &Path, beside: &Beside) -> Result<Log, Error> {
         return Err(Error::new(
             path,
             found,
-            "messages of ROS 2 (ros2msg, CDR) or JSON",
+            format!(
+                "messages of ROS 2 (ros2msg, CDR) or JSON with numbers{}",
+                told_how(HOW_TO_RECORD)
+            ),
         ));
     }
     let stamped = topics
@@ -56,6 +61,7 @@ pub fn log(path: &Path, beside: &Beside) -> Result<Log, Error> {
         .map(|topic| topic.stream(stamped))
         .collect();
     let mut log = together(path, "an MCAP file", streams, beside)?;
+    log.how_to_record = Some(HOW_TO_RECORD);
     log.notes.extend(notes);
     if !whole {
         log.notes.push("the end of the file is missing: it was cut, or is still written; what is there was read".into());

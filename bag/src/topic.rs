@@ -130,6 +130,13 @@ impl Topic {
                 "{} was left aside: its messages do not fit their definition",
                 self.name
             )),
+            _ if self.columns.is_empty() => {
+                let why = match self.long.is_empty() {
+                    true => "its messages hold no numbers".to_owned(),
+                    false => format!("{}, lists of many values", self.long.join(", ")),
+                };
+                Some(format!("{} was left aside: {why}", self.name))
+            }
             _ => None,
         }
     }
@@ -153,7 +160,7 @@ impl Topic {
                 self.spoilt, self.name
             ));
         }
-        if !self.long.is_empty() {
+        if !self.long.is_empty() && !self.columns.is_empty() {
             told.push(format!(
                 "{}: {} left aside, lists of many values",
                 self.name,

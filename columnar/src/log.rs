@@ -39,6 +39,6 @@ pub fn log(path: &Path) -> Result<Log, Error> {
                 ..LogColumn::default()
             });
         }
-        Log::of_columns(path, columns)
+        Log::of_columns(columns).with_rows(path)
     })
 }

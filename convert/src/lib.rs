@@ -31,7 +31,7 @@ pub use order::{Order, Stated};
 pub use readers::{Beside, Stream, together};
 pub use runs::Runs;
 pub use source::{Asked, Target, quoted};
-pub use table::{Log, LogColumn};
+pub use table::{Log, LogColumn, told_how};
 pub use told::{Assumed, Told, ToldColumn, ToldPair, ToldRun, Warning, figures};
 pub use units::{Quantity, Unit, length_m};
 

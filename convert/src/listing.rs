@@ -156,6 +156,25 @@ fn option(target: Target, column: &LogColumn) -> String {
     )
 }
 
+/// What to do where no column is an output of the sensor by its name, and the log's program is known.
+#[must_use]
+pub fn lacks(log: &Log) -> Option<String> {
+    let is_output = |guess: &String| OUTPUTS.into_iter().any(|name| gives(guess, name));
+    let lacks = !guesses(log).iter().flatten().any(is_output);
+    lacks
+        .then(|| log.told_how())
+        .filter(|how| !how.is_empty())
+        .map(|how| format!("no column is the sensor's output by its name{how}"))
+}
+
+/// Outputs of the segments that a first conversion may have.
+const OUTPUTS: [&str; 4] = ["q1s", "p1_m", "q2s", "p2_m"];
+
+/// True of a guess that a column is this one of the recording.
+fn gives(guess: &str, name: &str) -> bool {
+    guess.contains(&format!("{name}=")) || guess == format!("is {name}")
+}
+
 /// The command line to begin with. What only the user knows stands in capitals.
 #[must_use]
 pub fn suggestion(log: &Log, file: &str) -> String {
@@ -165,15 +184,11 @@ pub fn suggestion(log: &Log, file: &str) -> String {
         .filter(|guess| guess.starts_with("--"))
         .cloned()
         .collect();
-    let has = |name: &str| {
-        guesses
-            .iter()
-            .any(|guess| guess.contains(&format!("{name}=")) || guess == &format!("is {name}"))
-    };
+    let has = |name: &str| guesses.iter().any(|guess| gives(guess, name));
     if !has("t_s") {
         options.insert(0, "--rate-hz HZ".into());
     }
-    if !["q1s", "p1_m", "q2s", "p2_m"].into_iter().any(has) {
+    if !OUTPUTS.into_iter().any(has) {
         options.push("--column q1s=SINE --column q1c=COSINE".into());
     }
     if !["ref_x_m", "ref_y_m", "q4s", "p4_m"].into_iter().any(has) {

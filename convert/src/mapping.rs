@@ -26,7 +26,16 @@ pub fn sources(
         }
         let source = resolve(log, asked).map_err(|(found, wanted)| {
             let option = format!("--column {}={}", asked.target.name(), asked.source);
-            let error = Error::new(file, found, format!("{wanted}, for {option}"));
+            let output = matches!(
+                asked.target,
+                Target::Numbers(Column::Sine(_) | Column::Cosine(_) | Column::Position(_))
+            );
+            let how = if output {
+                log.told_how()
+            } else {
+                String::new()
+            };
+            let error = Error::new(file, found, format!("{wanted}, for {option}{how}"));
             if log.dialect.header_line > 0 {
                 error.row(log.dialect.header_line as u64)
             } else {
@@ -198,8 +207,9 @@ fn complete(file: &Path, log: &Log, sources: &[Source]) -> Result<(), Error> {
         return Ok(());
     }
     let wanted = format!(
-        "--column q1s=COLUMN --column q1c=COLUMN, or --column p1_m=COLUMN:UNIT; the log has {}",
-        names(log)
+        "--column q1s=COLUMN --column q1c=COLUMN, or --column p1_m=COLUMN:UNIT; the log has {}{}",
+        names(log),
+        log.told_how()
     );
     Err(Error::new(file, "nothing for any segment", wanted))
 }

@@ -7,6 +7,12 @@ use std::path::Path;
 /// Words that stand for a value that was not measured.
 const NOT_MEASURED: [&str; 8] = ["", "nan", "na", "n/a", "null", "none", "-", "--"];
 
+/// How the output of a sensor is recorded, to be put behind what is wanted.
+#[must_use]
+pub fn told_how(how_to_record: &str) -> String {
+    format!("; to record the sensor's output where it is missing: {how_to_record}")
+}
+
 /// One column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogColumn {
@@ -41,6 +47,8 @@ pub struct Log {
     pub notes: Vec<String>,
     /// Why it has no times and what to do, where its program keeps none.
     pub no_time: Option<&'static str>,
+    /// How the output of a sensor is recorded with its program, where that is known.
+    pub how_to_record: Option<&'static str>,
 }
 
 impl Log {
@@ -51,15 +59,10 @@ impl Log {
     }
 
     /// A log of whole columns, all of one length, from a file that is no text; rows count from 1.
-    ///
-    /// # Errors
-    /// There is no row.
-    pub fn of_columns(file: &Path, columns: Vec<LogColumn>) -> Result<Self, Error> {
+    #[must_use]
+    pub fn of_columns(columns: Vec<LogColumn>) -> Self {
         let rows = columns.first().map_or(0, |column| column.numbers.len());
-        if rows == 0 {
-            return Err(Error::new(file, "no rows of numbers or words", "a log"));
-        }
-        Ok(Self {
+        Self {
             dialect: Dialect::of_columns(columns.len()),
             columns,
             lines: (1..=rows as u64).collect(),
@@ -67,7 +70,26 @@ impl Log {
             form: "a file of columns",
             notes: Vec::new(),
             no_time: None,
-        })
+            how_to_record: None,
+        }
+    }
+
+    /// The log, if anything is in it.
+    ///
+    /// # Errors
+    /// There is no row.
+    pub fn with_rows(self, file: &Path) -> Result<Self, Error> {
+        if self.rows() == 0 {
+            let wanted = format!("a log with rows{}", self.told_how());
+            return Err(Error::new(file, "no rows of numbers or words", wanted));
+        }
+        Ok(self)
+    }
+
+    /// How the output of a sensor is recorded, to be put behind what is wanted; nothing where that is not known.
+    #[must_use]
+    pub fn told_how(&self) -> String {
+        self.how_to_record.map(told_how).unwrap_or_default()
     }
 
     /// Reads a log.
@@ -105,6 +127,7 @@ impl Log {
             form: "",
             notes: Vec::new(),
             no_time: None,
+            how_to_record: None,
             dialect,
         };
         log.read_rows(file, body, text.ends_with(['\n', '\r']))?;

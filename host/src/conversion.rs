@@ -1,7 +1,7 @@
 //! What `courier convert` says: what a log holds, and what became of it.
 
 use crate::terminal::table;
-use convert::listing::{listing, suggestion};
+use convert::listing::{lacks, listing, suggestion};
 use convert::{Log, Told, figures, quoted};
 use recording::{COLUMNS, Recording};
 use serde_json::{Value, json};
@@ -38,6 +38,7 @@ pub fn columns(file: &Path, log: &Log) -> String {
         .notes
         .iter()
         .map(|note| format!("\ndone: {note}"))
+        .chain(lacks(log).map(|what| format!("\nlacking: {what}")))
         .collect();
     format!(
         "{name}: {} rows\n{}{notes}\nto begin with:\n  {}",
@@ -202,5 +203,5 @@ pub fn columns_as_json(file: &Path, log: &Log) -> Value {
         .into_iter()
         .map(|column| json!({"name": column.name, "numbers": column.numbers, "words": column.words, "range": column.range, "guess": column.guess}))
         .collect();
-    json!({"log": file.display().to_string(), "rows": log.rows(), "columns": columns, "done": log.notes, "begin_with": suggestion(log, &file.display().to_string())})
+    json!({"log": file.display().to_string(), "rows": log.rows(), "columns": columns, "done": log.notes, "lacking": lacks(log), "begin_with": suggestion(log, &file.display().to_string())})
 }

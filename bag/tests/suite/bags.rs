@@ -201,3 +201,81 @@ fn files_that_are_cut_or_spoilt_end_in_a_log_or_in_one_line() {
         }
     }
 }
+
+/// A bag with one topic, each of whose messages is these bytes.
+fn bag_of(path: &Path, message: Option<(&str, &str, &str, &[u8])>) {
+    let file = std::io::BufWriter::new(std::fs::File::create(path).unwrap());
+    let mut writer = mcap::Writer::new(file).unwrap();
+    for sequence in 0..2 {
+        let Some((topic, of, definition, data)) = message else {
+            continue;
+        };
+        let (schema, encoding) = definition.split_once(':').unwrap();
+        let schema = writer.add_schema(of, schema, encoding.as_bytes()).unwrap();
+        let channel = writer
+            .add_channel(schema, topic, "cdr", &Default::default())
+            .unwrap();
+        let header = mcap::records::MessageHeader {
+            channel_id: channel,
+            sequence,
+            log_time: u64::from(sequence) * 1_000_000,
+            publish_time: 0,
+        };
+        writer.write_to_known_channel(&header, data).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+/// What was found, what is wanted, and how it comes into a bag: in one line.
+#[test]
+fn a_bag_without_a_sensors_output_says_how_one_is_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("b.mcap");
+    let how = "; to record the sensor's output where it is missing: ros2 bag record --storage mcap TOPIC, where TOPIC has numbers, as sensor_msgs/JointState has position and std_msgs/Float64MultiArray has data";
+    let wanted = format!("messages of ROS 2 (ros2msg, CDR) or JSON with numbers{how}");
+    let mut words = bag::Packer::default();
+    words.string("hello");
+    let mut many = bag::Packer::default();
+    many.uint32(100);
+    let many = [many.bytes(), [7; 100].as_slice()].concat();
+    for (message, found) in [
+        (None, "no messages"),
+        (
+            Some(("/image", "a.Image", "protobuf:", [1].as_slice())),
+            "/image was left aside: messages of cdr with definitions of protobuf",
+        ),
+        (
+            Some(("/go", "std_msgs/msg/Empty", "ros2msg:", &[0, 1, 0, 0, 0])),
+            "/go was left aside: its messages hold no numbers",
+        ),
+        (
+            Some(("/scan", "a/Scan", "ros2msg:uint8[] data", many.as_slice())),
+            "/scan was left aside: data, lists of many values",
+        ),
+    ] {
+        bag_of(&path, message);
+        let error = bag::log(&path, &Beside::default()).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            format!("{}: found {found}, wanted {wanted}", path.display())
+        );
+    }
+    bag_of(
+        &path,
+        Some((
+            "/chat",
+            "std_msgs/msg/String",
+            "ros2msg:string data",
+            words.bytes(),
+        )),
+    );
+    let log = bag::log(&path, &Beside::default()).unwrap();
+    let error = convert(&path, &log, &Order::default())
+        .unwrap_err()
+        .to_string();
+    let has = format!("the log has \"time\", \"/chat.data\"{how}");
+    assert!(
+        error.contains("found nothing for any segment") && error.ends_with(&has),
+        "{error}"
+    );
+}

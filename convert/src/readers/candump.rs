@@ -4,12 +4,14 @@ use super::beside::Beside;
 use super::dbc::{self, Message, Said};
 use super::frames::{self, EXTENDED, Frame, Frames};
 use super::streams::{Stream, together};
-use crate::table::{Log, LogColumn};
+use crate::table::{Log, LogColumn, told_how};
 use crate::text::decode;
 use recording::Error;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+/// How a sensor's signal comes into a log.
+pub const HOW_TO_RECORD: &str = "candump -L CHANNEL while the device sends the frame of its position, and a line SG_ for it in the DBC file";
 /// More kinds of frames than these are only counted.
 const IDS_NAMED: usize = 12;
 
@@ -77,9 +79,10 @@ pub fn read(file: &Path, bytes: &[u8], beside: &Beside) -> Result<Log, Error> {
             file,
             found,
             format!(
-                "frames that {} describes: {}",
+                "frames that {} describes: {}{}",
                 dbc.display(),
-                names.join(", ")
+                names.join(", "),
+                told_how(HOW_TO_RECORD)
             ),
         ));
     }

@@ -66,7 +66,7 @@ pub fn read(file: &Path, bytes: &[u8], beside: &Beside) -> Result<Log, Error> {
         // One kind: its columns are as they are, time among them.
         [one] if one.t_s.iter().any(|t_s| t_s.is_nan()) => {
             let one = std::mem::take(one);
-            let mut log = Log::of_columns(file, one.columns)?;
+            let mut log = Log::of_columns(one.columns);
             (log.form, log.lines) = ("lines of JSON", one.lines);
             log
         }

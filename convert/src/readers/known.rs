@@ -1,4 +1,4 @@
-//! Units of columns by the names that programs give them, where the names tell the program.
+//! Units of columns by the names that programs give them, where the names tell the program, and how that program records a position.
 
 use crate::table::{Log, LogColumn};
 
@@ -22,6 +22,9 @@ const ODRIVE_TITLES: [(&str, &str, &str); 2] = [
     ("Setpoint", "turn", "cmd_x_m"),
 ];
 
+/// How an ODrive's position comes into a log.
+const ODRIVE_RECORDS: &str = "capture the property axis0.pos_estimate of the ODrive (axis0.encoder.pos_estimate before its firmware 0.6): HighRateCapturer.from_properties(odrv, ['axis0.pos_estimate']), or a Recorder of it";
+
 /// Names of moteus' registers in logs of its Python library, and of the values that tview logs.
 const MOTEUS: [(&str, &str, &str); 8] = [
     ("POSITION", "turn", "p1_m"),
@@ -34,8 +37,12 @@ const MOTEUS: [(&str, &str, &str); 8] = [
     ("motor_temp_C", "C", "temp_c"),
 ];
 
-/// Gives columns their units where neither the log nor its reader did, and hints at what they are.
-pub fn name_units(log: &mut Log) {
+/// How a position of moteus comes into a log.
+const MOTEUS_RECORDS: &str = "the channel servo_stats of tview, which has position and abs_position, or the register POSITION, which moteus.Controller queries unless its QueryResolution leaves it out";
+
+/// The log with units of columns where neither it nor its reader gave them, hints at what they are, and how its program records more.
+#[must_use]
+pub fn named(mut log: Log) -> Log {
     let has = |wanted: &str| {
         log.columns
             .iter()
@@ -52,17 +59,27 @@ pub fn name_units(log: &mut Log) {
             .columns
             .iter()
             .any(|column| is_odrive_title(&column.name));
-    let moteus = has("MODE") && has("POSITION")
+    let is_of_servo = |column: &LogColumn| {
+        column
+            .name
+            .split('.')
+            .any(|part| part.starts_with("servo_"))
+    };
+    let moteus = has("MODE") && (has("POSITION") || has("VELOCITY") && has("TORQUE"))
         || has("timestamp") && has("position") && (has("abs_position") || has("d_A"))
-        || log.form == "lines of JSON" && has("position") && (has("abs_position") || has("d_A"));
+        || log.form == "lines of JSON"
+            && (has("position") && (has("abs_position") || has("d_A"))
+                || log.columns.iter().any(is_of_servo));
     if odrive {
+        log.how_to_record = Some(ODRIVE_RECORDS);
         log.columns
             .iter_mut()
             .for_each(|column| name(column, &ODRIVE));
         log.columns.iter_mut().for_each(name_title);
-        odrive_times(log);
+        odrive_times(&mut log);
         log.notes.push("positions of an ODrive are in turns since its firmware 0.5.1, in counts before (--column TARGET=COLUMN:turn/CPR)".into());
     } else if moteus {
+        log.how_to_record = Some(MOTEUS_RECORDS);
         log.columns
             .iter_mut()
             .for_each(|column| name(column, &MOTEUS));
@@ -73,6 +90,7 @@ pub fn name_units(log: &mut Log) {
         time.into_iter()
             .for_each(|column| column.unit = Some("s".into()));
     }
+    log
 }
 
 fn name(column: &mut LogColumn, known: &[(&str, &str, &str)]) {

@@ -30,6 +30,8 @@ use std::path::Path;
 struct Reader {
     is_it: fn(&[u8]) -> bool,
     read: fn(&Path, &[u8], &Beside) -> Result<Log, Error>,
+    /// How the output of a sensor is recorded with it; none where many programs write such files.
+    how_to_record: Option<&'static str>,
 }
 
 /// All of them; the first that takes a file reads it.
@@ -37,30 +39,37 @@ const READERS: [Reader; 7] = [
     Reader {
         is_it: numpy::is_it,
         read: |file, bytes, _| numpy::read(file, bytes),
+        how_to_record: Some(numpy::HOW_TO_RECORD),
     },
     Reader {
         is_it: archive::is_it,
         read: |file, bytes, _| archive::read(file, bytes),
+        how_to_record: Some(numpy::HOW_TO_RECORD),
     },
     Reader {
         is_it: frames::is_it,
         read: candump::read,
+        how_to_record: Some(candump::HOW_TO_RECORD),
     },
     Reader {
         is_it: moteus::is_it,
         read: |file, bytes, _| moteus::read(file, bytes),
+        how_to_record: Some(moteus::HOW_TO_RECORD),
     },
     Reader {
         is_it: json::is_it,
         read: json::read,
+        how_to_record: None,
     },
     Reader {
         is_it: simplefoc::is_it,
         read: |file, bytes, _| simplefoc::read(file, bytes),
+        how_to_record: Some(simplefoc::HOW_TO_RECORD),
     },
     Reader {
         is_it: refused::is_it,
         read: |file, bytes, _| refused::read(file, bytes),
+        how_to_record: None,
     },
 ];
 
@@ -86,10 +95,12 @@ pub fn read(file: &Path, bytes: &[u8], beside: &Beside) -> Result<Log, Error> {
             "--rows-of beside a log with several kinds of messages alone",
         );
     }
-    let mut log = match READERS.iter().find(|reader| (reader.is_it)(bytes)) {
-        Some(reader) => (reader.read)(file, bytes, beside)?,
+    let log = match READERS.iter().find(|reader| (reader.is_it)(bytes)) {
+        Some(reader) => Log {
+            how_to_record: reader.how_to_record,
+            ..(reader.read)(file, bytes, beside)?
+        },
         None => Log::read(file, &decode(bytes))?,
     };
-    known::name_units(&mut log);
-    Ok(log)
+    known::named(log).with_rows(file)
 }

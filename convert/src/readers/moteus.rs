@@ -14,6 +14,9 @@ const TURN: f64 = 65_536.0;
 /// Why times are missing, and what to do.
 const NO_TIME: &str = "--rate-hz HZ, readings a second: moteus keeps no times of a calibration; any rate will do where speed does not matter, as --rate-hz 100";
 
+/// How readings of an encoder are had.
+pub const HOW_TO_RECORD: &str = "moteus_tool --calibrate --cal-write-raw FILE, let run to its end";
+
 /// True of all of these files.
 pub fn is_it(bytes: &[u8]) -> bool {
     first_lines(bytes).next().is_some_and(begins) || is_report(bytes) || is_of_halls(bytes)
@@ -124,7 +127,7 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Log, Error> {
         ),
     ];
     columns.extend((3..names.len()).map(|place| column(&names[place], None, of(place), None)));
-    let mut log = Log::of_columns(file, columns)?;
+    let mut log = Log::of_columns(columns);
     (log.form, log.lines, log.cut_short, log.no_time) = (
         "readings of moteus' calibration",
         lines,

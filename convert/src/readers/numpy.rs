@@ -10,6 +10,9 @@ use std::path::Path;
 const MARK: &[u8] = b"\x93NUMPY";
 /// How to have a table that is read, from whatever there is.
 const WANTED: &str = "numbers in columns: numpy.save(FILE, TABLE) of one row a sample, with names (a structured array) or without";
+/// How columns come into a file.
+pub const HOW_TO_RECORD: &str =
+    "numpy.savez(FILE, t=…, sin=…, cos=…), or numpy.savez(FILE, t=…, position=…)";
 /// More columns than these are no table of columns.
 const MOST_COLUMNS: usize = 1024;
 
@@ -27,7 +30,7 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Log, Error> {
     let (columns, notes) = array
         .columns("")
         .map_err(|found| Error::new(file, found, WANTED))?;
-    let mut log = Log::of_columns(file, columns)?;
+    let mut log = Log::of_columns(columns);
     log.form = "a NumPy array";
     log.notes = notes;
     Ok(log)

@@ -6,7 +6,7 @@
 //! that is switched on, `23:59:59.995 -> ` and `23:59:59.995 > `.
 
 use super::beside::first_lines;
-use crate::table::{Log, LogColumn};
+use crate::table::{Log, LogColumn, told_how};
 use crate::text::decode;
 use recording::Error;
 use std::f64::consts::TAU;
@@ -25,6 +25,8 @@ const ALL: [(&str, Option<&str>); 7] = [
 /// Those that it prints where the program says nothing else.
 const USUAL: [usize; 4] = [0, 1, 5, 6];
 const NO_TIME: &str = "--rate-hz HZ, calls of monitor() a second over monitor_downsample: SimpleFOC prints no time; or time stamps by the monitor of the Arduino IDE or of PlatformIO";
+/// How the angle comes into a log.
+pub const HOW_TO_RECORD: &str = "motor.monitor_variables = _MON_TARGET | _MON_VEL | _MON_ANGLE, motor.useMonitoring(Serial) in setup(), and motor.monitor() in loop()";
 /// A day, s, by definition: the time stamps begin anew at midnight.
 const DAY_S: f64 = 86_400.0;
 
@@ -93,7 +95,7 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Log, Error> {
         }
     }
     let Some(look) = most(&rows) else {
-        let wanted = "lines of motor.monitor(): call it in loop(), with motor.useMonitoring(Serial) in setup()";
+        let wanted = format!("lines of motor.monitor(){}", told_how(HOW_TO_RECORD));
         return Err(Error::new(
             file,
             "a log of SimpleFOC without values",
@@ -126,7 +128,7 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Log, Error> {
     } else {
         log_time = Some(NO_TIME);
     }
-    let mut log = Log::of_columns(file, columns)?;
+    let mut log = Log::of_columns(columns);
     (log.form, log.no_time) = ("a monitor of SimpleFOC", log_time);
     log.lines = rows.iter().map(|row| row.line).collect();
     log.notes = notes(width, &rows, &others);

@@ -109,7 +109,7 @@ pub fn together(
         },
         None => sensor
             .or(most)
-            .ok_or_else(|| Error::new(file, "no messages with numbers", "a log"))?,
+            .ok_or_else(|| Error::new(file, "no messages with numbers", "a log with some"))?,
     };
     let mut notes = Vec::new();
     if streams.len() > 1 {
@@ -152,7 +152,7 @@ pub fn together(
         columns
             .extend(others.map(|(place, _)| interpolated(place, &stream, &rows.t_s, &rows.name)));
     }
-    let mut log = Log::of_columns(file, columns)?;
+    let mut log = Log::of_columns(columns);
     (log.form, log.lines, log.notes) = (form, rows.lines, notes);
     Ok(log)
 }

@@ -1,7 +1,7 @@
 //! Files that lack what is needed, and files that are cut or spoilt.
 
-use super::{beside, beside_of, file};
-use convert::{Beside, read_with};
+use super::{beside, beside_of, file, order};
+use convert::{Beside, convert, read_with};
 use std::path::Path;
 
 #[test]
@@ -24,7 +24,7 @@ fn what_a_file_lacks_is_told_with_the_way_to_get_it() {
         )),
         ..Beside::default()
     };
-    assert!(told("bus.log", &bus, &other).ends_with("wanted frames that o.dbc describes: M"));
+    assert!(told("bus.log", &bus, &other).ends_with("wanted frames that o.dbc describes: M; to record the sensor's output where it is missing: candump -L CHANNEL while the device sends the frame of its position, and a line SG_ for it in the DBC file"));
     let elsewhere = Beside {
         rows_of: Some("Axis".into()),
         ..beside()
@@ -80,19 +80,11 @@ fn what_a_file_lacks_is_told_with_the_way_to_get_it() {
             .contains("row 2, found \"x\", wanted an object of JSON in each line")
     );
     assert!(
-        told("a.log", b"MOT: Ready.\nTarget: 2.0\n", &bare)
-            .contains("found a log of SimpleFOC without values")
+        told("a.log", b"MOT: Ready.\nTarget: 2.0\n", &bare).contains(
+            "found a log of SimpleFOC without values, wanted lines of motor.monitor(); to record"
+        )
     );
 
-    let npy = |head: &str, data: &[u8]| {
-        [
-            b"\x93NUMPY\x01\0",
-            (head.len() as u16).to_le_bytes().as_slice(),
-            head.as_bytes(),
-            data,
-        ]
-        .concat()
-    };
     for (head, wanted) in [
         (
             "{'descr': '|O', 'fortran_order': False, 'shape': (1,), }",
@@ -139,6 +131,140 @@ fn what_a_file_lacks_is_told_with_the_way_to_get_it() {
         assert!(told("a.bag", bytes, &bare).contains(wanted), "{wanted}");
     }
     assert!(told("a.npz", b"PK\x03\x04rest", &bare).contains("a ZIP archive that cannot be read"));
+}
+
+/// A NumPy file with this head.
+fn npy(head: &str, data: &[u8]) -> Vec<u8> {
+    [
+        b"\x93NUMPY\x01\0",
+        (head.len() as u16).to_le_bytes().as_slice(),
+        head.as_bytes(),
+        data,
+    ]
+    .concat()
+}
+
+/// A log as it is read and converted with these columns, refused.
+fn refusal(name: &str, bytes: &[u8], columns: &[&str]) -> String {
+    let log = read_with(Path::new(name), bytes, &beside_of(name)).unwrap();
+    let error = convert(Path::new(name), &log, &order(columns, Some(100.0)));
+    error.unwrap_err().to_string()
+}
+
+#[test]
+fn a_log_without_the_sensors_output_says_how_its_program_records_one() {
+    let odrive = "; to record the sensor's output where it is missing: capture the property axis0.pos_estimate of the ODrive (axis0.encoder.pos_estimate before its firmware 0.6): HighRateCapturer.from_properties(odrv, ['axis0.pos_estimate']), or a Recorder of it";
+    let moteus = "; to record the sensor's output where it is missing: the channel servo_stats of tview, which has position and abs_position, or the register POSITION, which moteus.Controller queries unless its QueryResolution leaves it out";
+    let numpy = "; to record the sensor's output where it is missing: numpy.savez(FILE, t=…, sin=…, cos=…), or numpy.savez(FILE, t=…, position=…)";
+    let simplefoc = "; to record the sensor's output where it is missing: motor.monitor_variables = _MON_TARGET | _MON_VEL | _MON_ANGLE, motor.useMonitoring(Serial) in setup(), and motor.monitor() in loop()";
+    let nothing = "wanted --column q1s=COLUMN --column q1c=COLUMN, or --column p1_m=COLUMN:UNIT; the log has ";
+    let capture = npy(
+        "{'descr': [('timestamps', '<f8'), ('axis0.vel_estimate', '<f8')], 'fortran_order': False, 'shape': (2,), }",
+        &[0; 32],
+    );
+    let plain = npy(
+        "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 1), }",
+        &[0; 16],
+    );
+    let tview = "{\"controller\": \"1\", \"timestamp\": 1.5, \"channel\": \"servo_control\", \"data\": {\"mode\": 10}}\n";
+    for (name, bytes, has, how) in [
+        (
+            "o.npy",
+            capture.as_slice(),
+            "\"timestamps\", \"axis0.vel_estimate\"",
+            odrive,
+        ),
+        (
+            "o.csv",
+            b"t,axis0.vel_estimate\n0,1\n1,2\n",
+            "\"t\", \"axis0.vel_estimate\"",
+            odrive,
+        ),
+        (
+            "m.csv",
+            b"t,MODE,VELOCITY,TORQUE\n0,1,2,3\n1,1,2,3\n",
+            "\"t\", \"MODE\", \"VELOCITY\", \"TORQUE\"",
+            moteus,
+        ),
+        (
+            "t.jsonl",
+            tview.repeat(2).as_bytes(),
+            "\"time\", \"1.servo_control.mode\"",
+            moteus,
+        ),
+        ("n.npy", &plain, "\"#1\"", numpy),
+        (
+            "s.log",
+            b"MOT:Ready.\n1.00\t2.00\n1.00\t2.50\n",
+            "\"#1\", \"#2\"",
+            simplefoc,
+        ),
+        (
+            "can-utils.log",
+            &std::fs::read(file("can-utils.log")).unwrap(),
+            "\"time\", \"Raw.Page\", \"Raw.Sine\", \"Raw.Cosine\", \"Raw.Temp\", \"Encoder_Estimates.Pos_Estimate\", \"Encoder_Estimates.Vel_Estimate\", \"Place.Place\"",
+            "; to record the sensor's output where it is missing: candump -L CHANNEL while the device sends the frame of its position, and a line SG_ for it in the DBC file",
+        ),
+        // Which program wrote it is not known.
+        ("a.csv", b"t,place\n0,1\n1,2\n", "\"t\", \"place\"", ""),
+    ] {
+        assert_eq!(
+            refusal(name, bytes, &[]),
+            format!("{name}: found nothing for any segment, {nothing}{has}{how}")
+        );
+        let asked = refusal(name, bytes, &["p1_m=elsewhere:turn"]);
+        assert!(
+            asked.contains("found no column \"elsewhere\", wanted one of \"")
+                && asked.ends_with(&format!(", for --column p1_m=elsewhere:turn{how}")),
+            "{asked}"
+        );
+        let other = refusal(name, bytes, &["ref_x_m=elsewhere:turn"]);
+        assert!(
+            other.ends_with(", for --column ref_x_m=elsewhere:turn"),
+            "{other}"
+        );
+    }
+    let listed = |bytes| {
+        let log = read_with(Path::new("o.npy"), bytes, &Beside::default()).unwrap();
+        convert::listing::lacks(&log)
+    };
+    assert_eq!(
+        listed(&capture).unwrap(),
+        format!("no column is the sensor's output by its name{odrive}")
+    );
+    assert_eq!(
+        listed(&std::fs::read(file("odrive-cycles.npy")).unwrap()),
+        None
+    );
+}
+
+#[test]
+fn a_log_without_rows_says_how_its_program_records_some() {
+    let empty = |descr: &str| {
+        npy(
+            &format!("{{'descr': {descr}, 'fortran_order': False, 'shape': (0,), }}"),
+            &[],
+        )
+    };
+    for (name, bytes, wanted) in [
+        (
+            "o.npy",
+            empty("[('timestamp', '<u8'), ('axis0.pos_estimate', '<f4')]"),
+            "capture the property axis0.pos_estimate",
+        ),
+        ("n.npy", empty("'<f8'"), "numpy.savez(FILE"),
+        (
+            "c.raw",
+            b"CAL start\nCAL done\n".to_vec(),
+            "moteus_tool --calibrate --cal-write-raw FILE",
+        ),
+    ] {
+        let error = read_with(Path::new(name), &bytes, &Beside::default()).unwrap_err();
+        let begin = format!(
+            "{name}: found no rows of numbers or words, wanted a log with rows; to record the sensor's output where it is missing: {wanted}"
+        );
+        assert!(error.to_string().starts_with(&begin), "{error}");
+    }
 }
 
 #[test]
