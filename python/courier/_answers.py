@@ -459,10 +459,12 @@ class Encoder(Answer):
 
 @dataclass(frozen=True)
 class Done(Answer):
-    """What :func:`courier.diagnose_many` did: how many rows were there, and how many were written by verdict."""
+    """What :func:`courier.diagnose_many` did: how many rows were there, how many were taken over from another path of the same recording, and
+    how many were written by verdict."""
 
     recordings: int
     already: int
+    taken_over: int
     verdicts: Dict[str, int]
     not_reached: int
 

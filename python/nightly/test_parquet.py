@@ -1,5 +1,7 @@
 """A build with Parquet: recordings and tables in it. Run by `cargo xtask ray`, from the project's root."""
 
+import shutil
+
 import pyarrow.parquet
 
 import courier
@@ -26,3 +28,11 @@ def test_a_table_of_diagnoses(tmp_path):
     assert table.verdict.tolist() == ["named", "failed"]
     assert table.courier_id.isna().tolist() == [False, True]
     assert table.answer[0] is not None and '"verdict":"named"' in table.answer[0]
+    # The same recording under another path.
+    copy = shutil.copytree(SURVEY, tmp_path / "copy")
+    again = courier.diagnose_many([SURVEY, copy], tmp_path)
+    assert (again.already, again.taken_over, again.verdicts) == (1, 1, {})
+    table = courier.read_table(tmp_path).set_index("recording")
+    one, other = table.loc[SURVEY], table.loc[str(copy)]
+    assert one.drop("answer").equals(other.drop("answer"))
+    assert one.answer.replace(SURVEY, str(copy)) == other.answer

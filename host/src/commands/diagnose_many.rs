@@ -39,6 +39,12 @@ pub fn text(order: &Order, done: &Done) -> String {
     if done.already > 0 {
         parts.push(format!("{} there already", done.already));
     }
+    if done.taken_over > 0 {
+        parts.push(format!(
+            "{} there already under another path",
+            done.taken_over
+        ));
+    }
     if done.not_reached > 0 {
         parts.push(format!("interrupted: {} not reached", done.not_reached));
     }

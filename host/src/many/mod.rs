@@ -1,9 +1,11 @@
 //! Many recordings, a row each: `courier diagnose A B … --out DIR`.
 //!
-//! `row` makes a row of an answer, `cell` is one value of it, `part` keeps each row in a file of its own. Recordings are diagnosed side by
+//! `row` makes a row of an answer, `cell` is one value of it, `part` keeps each row in a file of its own, `kept` reads what such a file says.
+//! Recordings are diagnosed side by
 //! side, each by one processor, so that an answer does not depend on how many there are.
 
 pub mod cell;
+pub mod kept;
 pub mod part;
 pub mod row;
 
@@ -12,9 +14,11 @@ use crate::provenance::files;
 use crate::recordings;
 use anyhow::{Context, Result};
 use cell::Row;
-use diagnosis::verdict::answer::Verdict;
+use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use diagnosis::{Options, diagnose};
+use kept::Kept;
 use part::{Key, Parts, hex};
+use recording::Recording;
 use row::{FAILED, Identity, of_answer, of_failure};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -46,6 +50,8 @@ pub struct Done {
     pub recordings: usize,
     /// Rows that were there already.
     pub already: usize,
+    /// Rows that were written now, of answers that were there under another path.
+    pub taken_over: usize,
     /// Rows by verdict that were written now; `failed` are recordings that could not be read or diagnosed.
     pub verdicts: BTreeMap<String, usize>,
     /// Recordings that were not reached, since the user wanted no more.
@@ -66,7 +72,7 @@ pub fn run(order: &Order, each: &(dyn Fn() + Sync)) -> Result<Done> {
                 return;
             };
             match one(order, &parts, path) {
-                Ok(verdict) => count(&mut held(&done), verdict),
+                Ok(made) => count(&mut held(&done), made),
                 Err(error) => {
                     stop.store(true, Ordering::Relaxed);
                     held(&failed).get_or_insert(error);
@@ -84,7 +90,7 @@ pub fn run(order: &Order, each: &(dyn Fn() + Sync)) -> Result<Done> {
         return Err(error);
     }
     let mut done = held(&done).clone();
-    let reached = done.already + done.verdicts.values().sum::<usize>();
+    let reached = done.already + done.taken_over + done.verdicts.values().sum::<usize>();
     done.recordings = order.recordings.len();
     done.not_reached = done.recordings - reached;
     Ok(done)
@@ -97,15 +103,25 @@ fn held<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
         .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-fn count(done: &mut Done, verdict: Option<String>) {
-    match verdict {
-        Some(verdict) => *done.verdicts.entry(verdict).or_default() += 1,
-        None => done.already += 1,
+/// How a recording came by its row.
+enum Made {
+    Already,
+    TakenOver,
+    /// With this verdict.
+    Diagnosed(String),
+}
+
+fn count(done: &mut Done, made: Made) {
+    match made {
+        Made::Already => done.already += 1,
+        Made::TakenOver => done.taken_over += 1,
+        Made::Diagnosed(verdict) => *done.verdicts.entry(verdict).or_default() += 1,
     }
 }
 
-/// The verdict of a recording whose row was written; none where it was there.
-fn one(order: &Order, parts: &Parts, path: &Path) -> Result<Option<String>> {
+/// Sees to it that a recording has its row. Rows of the same content, whose recordings have gone from their paths, were of this one
+/// before it was renamed: they go last, so that one is there at any time.
+fn one(order: &Order, parts: &Parts, path: &Path) -> Result<Made> {
     let name = path.display().to_string();
     let content = content(path);
     let without = order.without.join(",");
@@ -114,22 +130,62 @@ fn one(order: &Order, parts: &Parts, path: &Path) -> Result<Option<String>> {
         &content,
         &format!("{without};{:?}", order.resolution_m),
     );
-    if parts.find(&key).is_some() {
-        return Ok(None);
+    // What is not there has no content that could have another name.
+    let same = match path.exists() {
+        true => parts.of_same_content(&key),
+        false => Vec::new(),
+    };
+    let same: Vec<(PathBuf, Kept)> = same
+        .into_iter()
+        .filter_map(|file| Some((file.clone(), Kept::read(&file)?)))
+        .collect();
+    let made = match parts.find(&key) {
+        Some(_) => Made::Already,
+        None => written(order, parts, path, &key, &content, &same)?,
+    };
+    for (file, kept) in &same {
+        if kept.is_gone() {
+            // Another program may have taken it away.
+            let _ = std::fs::remove_file(file);
+        }
     }
+    Ok(made)
+}
+
+/// Writes the row of a recording, of an answer that is there under another path or of a new one.
+fn written(
+    order: &Order,
+    parts: &Parts,
+    path: &Path,
+    key: &Key,
+    content: &str,
+    same: &[(PathBuf, Kept)],
+) -> Result<Made> {
+    let name = path.display().to_string();
+    let without = order.without.join(",");
     let identity = Identity {
         path: &name,
-        content: &content,
+        content,
         without: &without,
         resolution_m: order.resolution_m,
     };
-    let (verdict, courier_id, row) = diagnosed(order, path, &identity)?;
-    parts.put(&key, &courier_id, &row)?;
-    Ok(Some(verdict))
+    let known = same.iter().find_map(|(_, kept)| kept.answer(&name));
+    let is_known = known.is_some();
+    let (verdict, courier_id, row) = diagnosed(order, path, &identity, known)?;
+    parts.put(key, &courier_id, &row)?;
+    Ok(match is_known {
+        true => Made::TakenOver,
+        false => Made::Diagnosed(verdict),
+    })
 }
 
-/// Verdict, courier and row. What cannot be read or diagnosed has a row that says why.
-fn diagnosed(order: &Order, path: &Path, identity: &Identity) -> Result<(String, String, Row)> {
+/// Verdict, courier and row, of an answer that is known or of a new one. What cannot be read or diagnosed has a row that says why.
+fn diagnosed(
+    order: &Order,
+    path: &Path,
+    identity: &Identity,
+    known: Option<Diagnosis>,
+) -> Result<(String, String, Row)> {
     let recording = match recordings::read(path) {
         Ok(recording) => recording,
         Err(error) => {
@@ -138,18 +194,11 @@ fn diagnosed(order: &Order, path: &Path, identity: &Identity) -> Result<(String,
         }
     };
     let courier_id = recording.meta.names.courier_id.clone();
-    let options = Options {
-        without: order.without.clone(),
+    let answer = match known {
+        Some(known) => Some(known),
+        None => answered(order, &recording, identity.path)?,
     };
-    // One processor a recording: what a diagnosis does side by side within itself would wait for others.
-    let alone = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .context("a thread")?;
-    let answer = catch_unwind(AssertUnwindSafe(|| {
-        alone.install(|| diagnose(&recording, identity.path, &options))
-    }));
-    let Ok(answer) = answer else {
+    let Some(answer) = answer else {
         let row = of_failure(
             identity,
             Some(&recording),
@@ -159,6 +208,22 @@ fn diagnosed(order: &Order, path: &Path, identity: &Identity) -> Result<(String,
     };
     let row = of_answer(identity, &recording, &answer)?;
     Ok((word(answer.verdict)?, courier_id, row))
+}
+
+/// The answer of a diagnosis; none where the program fails.
+fn answered(order: &Order, recording: &Recording, path: &str) -> Result<Option<Diagnosis>> {
+    let options = Options {
+        without: order.without.clone(),
+    };
+    // One processor a recording: what a diagnosis does side by side within itself would wait for others.
+    let alone = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .context("a thread")?;
+    let answer = catch_unwind(AssertUnwindSafe(|| {
+        alone.install(|| diagnose(recording, path, &options))
+    }));
+    Ok(answer.ok())
 }
 
 fn word(verdict: Verdict) -> Result<String> {

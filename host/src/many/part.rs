@@ -2,7 +2,7 @@
 //!
 //! A file lies in `courier_id=NAME/`, as engines partition tables. Its name is `PATH-CONTENT`: the hash of the recording's path, by which
 //! an older answer of it is found and taken away, and that of its content, the program's version and the options, by which an answer that
-//! is there already is found. It is moved there once it is whole.
+//! is there already is found, be it under another path. It is moved there once it is whole.
 
 #[cfg(any(test, feature = "parquet"))]
 use super::cell::Cell;
@@ -12,6 +12,7 @@ use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::fs::read_dir;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// What the names of the files end in.
@@ -72,6 +73,8 @@ pub struct Parts {
     folder: PathBuf,
     /// Files that were there at the beginning, by the hash of their recording's path.
     there: HashMap<String, Vec<PathBuf>>,
+    /// The same, and those that were written since, by the hash of their recording's content.
+    by_content: Mutex<HashMap<String, Vec<PathBuf>>>,
 }
 
 impl Parts {
@@ -88,6 +91,7 @@ impl Parts {
         );
         std::fs::create_dir_all(folder).with_context(told)?;
         let mut there: HashMap<String, Vec<PathBuf>> = HashMap::new();
+        let mut by_content: HashMap<String, Vec<PathBuf>> = HashMap::new();
         for partition in read_dir(folder).with_context(told)? {
             let partition = partition.with_context(told)?;
             let name = partition.file_name();
@@ -103,10 +107,14 @@ impl Parts {
                     .into_owned();
                 if name.starts_with(UNFINISHED) {
                     sweep(&file);
-                } else if let Some((path, _)) = name
+                } else if let Some((path, content)) = name
                     .split_once('-')
                     .filter(|_| ENDINGS.iter().any(|ending| name.ends_with(ending)))
                 {
+                    if let Some(content) = content.strip_suffix(ENDING) {
+                        let of_it = by_content.entry(content.to_owned()).or_default();
+                        of_it.push(file.clone());
+                    }
                     there.entry(path.to_owned()).or_default().push(file);
                 }
             }
@@ -114,6 +122,7 @@ impl Parts {
         Ok(Self {
             folder: folder.to_owned(),
             there,
+            by_content: Mutex::new(by_content),
         })
     }
 
@@ -129,6 +138,22 @@ impl Parts {
             .map(PathBuf::as_path)
     }
 
+    /// No thread that holds it can panic.
+    fn by_content(&self) -> MutexGuard<'_, HashMap<String, Vec<PathBuf>>> {
+        let held = self.by_content.lock();
+        held.unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Files of the same content, program and options as this key's, and of other paths.
+    #[must_use]
+    pub fn of_same_content(&self, key: &Key) -> Vec<PathBuf> {
+        let name = key.name();
+        let is_other = |file: &&PathBuf| file.file_name().is_some_and(|file| *file != *name);
+        let by_content = self.by_content();
+        let files = by_content.get(&key.content).into_iter().flatten();
+        files.filter(is_other).cloned().collect()
+    }
+
     /// Writes the answer of this key, and takes older answers of the same recording away.
     ///
     /// # Errors
@@ -141,6 +166,10 @@ impl Parts {
         let told = || format!("{}: wanted room to write", file.display());
         std::fs::create_dir_all(&partition).with_context(told)?;
         write(&file, row).with_context(told)?;
+        let mut by_content = self.by_content();
+        let of_it = by_content.entry(key.content.clone()).or_default();
+        of_it.push(file.clone());
+        drop(by_content);
         let older = self.there.get(&key.path).into_iter().flatten();
         for older in older.filter(|older| **older != file) {
             // Another program may have taken it away.

@@ -179,6 +179,58 @@ fn killed_at_any_point_and_resumed_the_table_is_the_same() {
     assert_eq!(rows(&at.join("cut")), rows(&at.join("whole")));
 }
 
+/// Row for row as if nothing had been there: what is known by its content is not diagnosed again.
+#[test]
+fn what_was_renamed_or_copied_keeps_its_answer_under_its_own_name() {
+    let (folder, all) = fleet();
+    let at = folder.path();
+    let in_table = |name: &str| rows(&at.join(name));
+    let done = |words: &str, table: &str| {
+        let done = diagnosed(at, words, table).json();
+        let counts = ["already", "taken_over"].map(|count| done[count].as_u64().unwrap());
+        (counts, done["verdicts"].clone())
+    };
+    let copied = |from: &str, to: &str| {
+        std::fs::create_dir(at.join(to)).unwrap();
+        for file in ["recording.toml", "samples.csv"] {
+            std::fs::copy(at.join(from).join(file), at.join(to).join(file)).unwrap();
+        }
+    };
+    done(&all, "t");
+    // Both paths are there: two rows. What failed says so of its new path.
+    copied("a", "a2");
+    std::fs::rename(at.join("b"), at.join("b2")).unwrap();
+    std::fs::rename(at.join("e"), at.join("e2")).unwrap();
+    let all = "a a2 b2 c d e2 f";
+    let failed = serde_json::json!({"failed": 1});
+    assert_eq!(done(all, "t"), ([4, 2], failed));
+    assert_eq!(done(all, "t"), ([7, 0], serde_json::json!({})));
+    let of_b2 = in_table("t")["b2"]["answer"].as_str().unwrap().to_owned();
+    assert!(of_b2.contains("\"recording\":\"b2\""), "{of_b2}");
+    // In one run as well, where one comes after the other.
+    let whole = asked(at, &format!("diagnose {all} --out whole --jobs 1 --json")).json();
+    assert_eq!(
+        (&whole["already"], &whole["taken_over"]),
+        (&Value::from(0), &Value::from(1))
+    );
+    assert_eq!(in_table("t"), in_table("whole"));
+    // Killed when the new row was written and the old one not yet taken away.
+    copied("b2", "b3");
+    assert_eq!(done("b3", "t"), ([0, 1], serde_json::json!({})));
+    std::fs::remove_dir_all(at.join("b2")).unwrap();
+    assert_eq!(
+        done("a a2 b3 c d e2 f", "t"),
+        ([7, 0], serde_json::json!({}))
+    );
+    assert_eq!(
+        in_table("t").keys().collect::<Vec<_>>(),
+        ["a", "a2", "b3", "c", "d", "e2", "f"]
+    );
+    // Other options, another answer.
+    let without = asked(at, "diagnose a --out t --without velocity_lag --json").json();
+    assert_eq!(without["taken_over"], 0);
+}
+
 /// Files of the table that are whole.
 fn rows_there(table: &Path) -> usize {
     let partitions = std::fs::read_dir(table).into_iter().flatten().flatten();
