@@ -1,6 +1,7 @@
 //! A courier of the make at rest under its beacon, pose after pose.
 
 use courier_sensor::frame::SEGMENTS;
+use effects::axis_skew::AxisSkew;
 use effects::motion::Pose;
 use effects::plant::{Instant, PlantEffect, SegmentPoint};
 use fleet::{Member, Platen};
@@ -72,6 +73,25 @@ pub fn wider(courier: u64, platen: u64, seed: u64, poses: usize, reach_pitches: 
         [[-reach_pitches, reach_pitches]; 2],
     )
 }
+
+/// The same over a platen whose lines of x are turned against those of y.
+pub fn askew(courier: u64, platen: u64, seed: u64, poses: usize, reach_pitches: f64) -> Member {
+    let mut spec = of_the_make(Some(courier), Some(platen));
+    spec.effects.push(Box::new(AxisSkew {
+        skew_rad: SKEW_RAD,
+        pitch_difference: 0.0,
+        bow_per_m: 0.0,
+    }));
+    of_spec(
+        spec,
+        [courier, platen, seed],
+        poses,
+        [[-reach_pitches, reach_pitches]; 2],
+    )
+}
+
+/// Angle of the lines of such a platen: three times what the fit takes for usual.
+pub const SKEW_RAD: f64 = 2.0e-3;
 
 /// The make's displaced teeth among its effects.
 const TEETH: usize = 2;

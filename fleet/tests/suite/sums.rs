@@ -1,10 +1,10 @@
 //! Sums add in any grouping, parts are files, and recordings that do not go together are refused.
 
-use crate::simulated::member;
-use fleet::{Key, Member, Part, Platen, State, begin, fit, register, sums_of};
+use crate::simulated::{askew, member};
+use fleet::{Key, Member, Part, Platen, State, answer, begin, fit, register, sums_of};
 
 fn three() -> [Member; 3] {
-    [(1, 5), (2, 5), (3, 5)].map(|(c, platen)| member(c, platen, 10 * platen + c, 130, 1.5))
+    [(1, 5), (2, 5), (3, 5)].map(|(c, platen)| askew(c, platen, 10 * platen + c, 130, 1.5))
 }
 
 /// Through its file: JSON.
@@ -38,6 +38,12 @@ fn parts_that_are_added_in_any_grouping_lead_to_the_same() {
         let difference = (state.value(platen, key) - value) / prior.deviation;
         assert!(difference.abs() < 1e-6, "{key:?}: {difference:e}");
     }
+    // Lines of this platen are askew: no recording alone tells that, and all three do.
+    let answer = answer(&members, &fitted).unwrap();
+    let square = answer.platens[0].out_of_square_rad;
+    assert!(square.is_told() && !square.is_told_alone(), "{square:?}");
+    let pitch = answer.platens[0].pitch_difference;
+    assert!(!pitch.is_told_alone(), "{pitch:?}");
 }
 
 #[test]

@@ -112,22 +112,48 @@ fn platen(of: &PlatenAnswer) -> Vec<String> {
     row
 }
 
-/// Value, and both deviations: where the data leave more than nine tenths of what was known before, nothing is told.
+/// Value, and both deviations, where the data tell them.
 fn three(told: Told, per_unit: f64) -> [String; 3] {
-    let one = |deviation: f64| {
-        if deviation > UNTOLD * told.prior {
-            "not told".to_owned()
-        } else {
-            figure(per_unit * deviation)
-        }
+    let one = |is_told: bool, number: f64| match is_told {
+        true => figure(per_unit * number),
+        false => "not told".to_owned(),
     };
-    let value = if told.deviation > UNTOLD * told.prior {
-        "not told".to_owned()
-    } else {
-        figure(per_unit * told.value)
-    };
-    [value, one(told.alone), one(told.deviation)]
+    [
+        one(told.is_told(), told.value),
+        one(told.is_told_alone(), told.alone),
+        one(told.is_told(), told.deviation),
+    ]
 }
 
-/// Share of the deviation before the data from which on a number says nothing of its own.
-const UNTOLD: f64 = 0.9;
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fleet::Platen;
+
+    /// As three couriers tell a skewed ruling that none of them tells alone (`fleet/tests/suite/sums.rs`).
+    #[test]
+    fn what_many_tell_and_none_alone_has_its_figures_beside_not_told() {
+        let told = |value, alone, deviation, prior| Told {
+            value,
+            deviation,
+            alone,
+            prior,
+        };
+        let row = platen(&PlatenAnswer {
+            platen: Platen {
+                platen_id: "granite".into(),
+                beacon_id: String::new(),
+            },
+            recordings: 3,
+            couriers: 3,
+            cells: 94,
+            cells_alone: 67,
+            field_m: told(2.0e-6, 0.7e-6, 0.6e-6, 3.0e-6),
+            field: Vec::new(),
+            pitch_difference: told(5.0e-5, 5.87e-4, 5.62e-4, 6.0e-4),
+            out_of_square_rad: told(-1.99e-4, 5.64e-4, 5.25e-4, 6.0e-4),
+        });
+        let wanted = "granite, 3, 94 (67 by one), 2.00, 0.700, 0.600, -0.199, not told, 0.525, not told, not told, not told";
+        assert_eq!(row.join(", "), wanted);
+    }
+}
