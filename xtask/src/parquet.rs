@@ -1,5 +1,7 @@
 //! The command built with its feature `parquet`, which the tests of every change leave out: recordings through every kind of command,
-//! and files to and from DuckDB, Arrow and Polars. Part of `cargo xtask nightly`, and alone `cargo xtask parquet`.
+//! files to and from DuckDB, Arrow and Polars, and what a million samples cost. Part of `cargo xtask nightly`, and alone `cargo xtask parquet`.
+
+mod cost;
 
 use crate::arm;
 use crate::cargo::cargo;
@@ -35,7 +37,7 @@ const LINES: [&str; 18] = [
 /// Builds the command with the feature and runs all of it.
 ///
 /// # Errors
-/// It does not compile, or a command line fails or gives another answer than from a folder.
+/// It does not compile, a command line fails or gives another answer than from a folder, or a file costs too much.
 pub fn nightly() -> Result<()> {
     permission::grant();
     let command = built()?;
@@ -64,7 +66,8 @@ pub fn nightly() -> Result<()> {
         answer("by-file.json")? == answer("by-folder.json")?,
         "replay: found another answer from the file than from the folder"
     );
-    with_others(&command, folder)
+    with_others(&command, folder)?;
+    cost::check(&command, folder)
 }
 
 /// A new folder of this name below `target`, with the example's recording `survey` and its log `log.csv`.
