@@ -5,7 +5,7 @@
 
 use crate::COVERAGE;
 use crate::distribution::{MANY, coverage_factor, effective_freedom};
-use crate::estimate::{Estimate, term_name};
+use crate::estimate::{Estimate, Unknown, term_name};
 use crate::workspace::{Pose, Quantity, Workspace, growth, mean_square_growth, row};
 use serde::Serialize;
 
@@ -19,6 +19,12 @@ const UNIFORM: f64 = 0.577_350_269_189_625_8;
 const ROUNDING: f64 = 1.0e-6;
 /// Tooth variation in the paper's section 4, by an interferometer over seven teeth.
 pub const PAPER_TEETH_M: f64 = 1.9e-6;
+
+/// How far a segment's output depends on the place across it, standard deviation over that of what the parity is left with. Derived from the paper's section
+/// 3.1.2: by an interferometer each angle is off by 0.4 mrad, and the parity by 4.1 µm. The parity is the difference of both angles, so what they have in
+/// common is off by √(0.4² - 0.21²) = 0.34 mrad; if each segment had the parity's errors for itself alone, that would be 0.21. The rest, 0.27 mrad over the
+/// span of 9.7 mm, is 2.6 µm.
+const PAPER_LATERAL: f64 = 0.63;
 
 /// How an uncertainty was evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -34,6 +40,8 @@ pub enum Kind {
 pub struct Conditions {
     /// Displacement of teeth that a pair's segments share, standard deviation, metres: no parity tells it. Zero with a tooth map.
     pub teeth_m: f64,
+    /// How far a segment's output depends on the place across it, standard deviation, metres; none is as the paper found it.
+    pub lateral_m: Option<f64>,
     /// The temperature lies within so many kelvin of the calibration's, to either side.
     pub within_k: f64,
     /// How far the courier is from where its coordinates begin, along x and y, metres: what expands.
@@ -44,6 +52,7 @@ impl Default for Conditions {
     fn default() -> Self {
         Self {
             teeth_m: PAPER_TEETH_M,
+            lateral_m: None,
             within_k: 0.0,
             distance_m: [0.0; 2],
         }
@@ -104,6 +113,9 @@ pub fn budget(
     let mut list = coefficients(estimate, pose, quantity)?;
     list.push(readings(estimate, pose, quantity, parity_m, freedom));
     list.extend(counts(estimate, pose, quantity));
+    list.extend(lateral_terms(
+        estimate, conditions, pose, quantity, parity_m,
+    ));
     list.extend(shared_teeth(conditions, quantity));
     list.extend(expansion(conditions, quantity));
     let combined = list
@@ -255,6 +267,36 @@ fn readings(
     }
 }
 
+/// How outputs depend on the place across, of which the parity tells next to nothing: what follows that place alone looks there like the other pair's own
+/// waves, and is taken for those. Nothing where lateral terms were fitted or looked for.
+fn lateral_terms(
+    estimate: &Estimate,
+    conditions: &Conditions,
+    pose: &Pose,
+    quantity: Quantity,
+    parity_m: f64,
+) -> Option<Contribution> {
+    let is_lateral = |unknown: &Unknown| {
+        unknown
+            .wave
+            .is_some_and(|wave| wave.term.lateral_order != 0)
+    };
+    let mut estimated = (0..estimate.unknowns.len()).filter(|place| estimate.is_estimated(*place));
+    let is_held = estimate.looked_for_all || estimated.any(|k| is_lateral(&estimate.unknowns[k]));
+    let by_paper = (!is_held).then_some(PAPER_LATERAL * parity_m);
+    let uncertainty = conditions.lateral_m.or(by_paper)?;
+    let sensitivity = by_segments(estimate, pose, quantity);
+    Some(Contribution {
+        name: "lateral terms, which the parity does not tell".into(),
+        kind: Kind::B,
+        uncertainty,
+        unit: "m",
+        sensitivity,
+        contribution: uncertainty * sensitivity,
+        freedom: None,
+    })
+}
+
 /// Half a converter's count to either side, as a length along the tooth.
 fn counts(estimate: &Estimate, pose: &Pose, quantity: Quantity) -> Option<Contribution> {
     let least = estimate
@@ -349,6 +391,7 @@ mod tests {
         let estimate = of_order(1, [0.0; 2], 0.2e-6);
         let conditions = Conditions {
             teeth_m: 0.3e-6,
+            lateral_m: Some(0.4e-6),
             within_k: 2.0,
             distance_m: [0.1, 0.0],
         };
@@ -369,6 +412,7 @@ mod tests {
                 "count",
                 1.016e-3 / (std::f64::consts::TAU * 20_000.0) / 12.0_f64.sqrt() / 2.0_f64.sqrt(),
             ),
+            ("lateral", 0.4e-6 / 2.0_f64.sqrt()),
             ("teeth", 0.3e-6),
             ("temperature", 0.1 * 11.5e-6 * 2.0 / 3.0_f64.sqrt()),
         ];

@@ -232,6 +232,7 @@ fn try_budget(
 ) {
     let conditions = Conditions {
         teeth_m: 0.2e-6,
+        lateral_m: Some(0.0),
         ..Conditions::default()
     };
     let unmodified = readings(k, at.centre_m, at.theta_rad, rng);

@@ -39,9 +39,13 @@ pub struct Args {
     /// Where: x and y from a tooth's middle, mm, and the angle, degrees [default: where it is largest].
     #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = super::target, requires = "budget")]
     at: Option<Target>,
-    /// Displacement of teeth that no parity tells, µm: the standard deviation [default: 1.9, the paper's; 0 with a tooth map].
+    /// Displacement of teeth that no parity tells, µm: the standard deviation [default: 1.9, the paper's over seven teeth; 0 with a tooth map].
     #[arg(long, value_name = "UM", requires = "budget")]
     teeth_um: Option<f64>,
+    /// How far a segment's output depends on the place across it, µm: the standard deviation [default: 0.63 of what the parity was left with, as the
+    /// paper found it; nothing where lateral terms were fitted or looked for].
+    #[arg(long, value_name = "UM", requires = "budget")]
+    lateral_um: Option<f64>,
     /// The temperature lies within so many kelvin of the calibration's.
     #[arg(long, value_name = "K", requires = "at")]
     within_k: Option<f64>,
@@ -147,12 +151,17 @@ impl Args {
             Some(teeth_um) => 1.0e-6 * within("--teeth-um", teeth_um, 0.0, 1.0e3)?,
             None => PAPER_TEETH_M,
         };
+        let lateral_m = match self.lateral_um {
+            Some(lateral_um) => Some(1.0e-6 * within("--lateral-um", lateral_um, 0.0, 1.0e3)?),
+            None => None,
+        };
         let at = self.at.map(|target| Pose {
             centre_m: [target.x_m, target.y_m].map(f64::from),
             theta_rad: f64::from(target.theta_rad),
         });
         let conditions = Conditions {
             teeth_m,
+            lateral_m,
             within_k: within("--within-k", self.within_k.unwrap_or(0.0), 0.0, 200.0)?,
             distance_m: at.map_or([0.0; 2], |pose| pose.centre_m),
         };
