@@ -248,7 +248,7 @@ fn teeth_m(spec: CourierSpec, seed: u64) -> f64 {
     let off = errors(&mut courier, seed, |outputs, _| outputs);
     let square =
         |k: usize| off.iter().map(|of| of.errors[k].powi(2)).sum::<f64>() / off.len() as f64;
-    (square(0) - 0.5 * square(1) * f64::from(geometry.span_m).powi(2))
+    (square(0) - 0.5 * square(1) * geometry.span_m.powi(2))
         .max(0.0)
         .sqrt()
 }
