@@ -353,10 +353,10 @@ fn are_within(couriers: u64, seed: u64, allowed: f64) {
     }
 }
 
-/// The share of a courier's places scatters by some 5 %, since it has one calibration: 1.1 % over 20 of them. Two of that beside the 2 % that are asked.
+/// The share of a courier's places scatters by some 5 %, since it has one calibration: 1.6 % over ten of them. Two of that beside the 2 % that are asked.
 #[test]
 fn positions_over_teeth_lie_within_their_budgets() {
-    are_within(20, 92_000_000, 0.042);
+    are_within(10, 92_000_000, 0.052);
 }
 
 /// 0.2 % over 500, and how much each make's lateral terms are beside what the parity is left with is its own.

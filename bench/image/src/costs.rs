@@ -151,11 +151,11 @@ fn turn() {
     let turns = cortex_m::singleton!(: RingTurns = RingTurns::new(TURN)).expect("called once");
     let [mut adding, mut learning, mut solving] = [Statistics::default(); 3];
     let mut table = None;
-    for n in 0..3 * SAMPLES {
+    for n in 0..SAMPLES + 1000 {
         let counts = turning.counts();
         let reading = turning.read(counts);
         learning.add(measure(|| turns.enter(black_box(&reading), 0)).0);
-        if n == 2 * SAMPLES {
+        if n == SAMPLES {
             let (taken, learned) = measure(|| turns.solve());
             solving.add(taken);
             table = learned.ok().map(|learned| Table::new(&learned));

@@ -94,7 +94,7 @@ impl<const UNKNOWNS: usize, const PACKED: usize> Half<UNKNOWNS, PACKED> {
         }
     }
 
-    /// Takes over what another says of the error, and empties that.
+    /// Takes over what another says of the error, and leaves that empty.
     fn take(&mut self, other: &mut Self) {
         self.factor.release(TURN_DRIFT);
         for index in TURN_DRIFT..UNKNOWNS {
@@ -106,7 +106,8 @@ impl<const UNKNOWNS: usize, const PACKED: usize> Half<UNKNOWNS, PACKED> {
         }
         self.rows = self.rows.saturating_add(other.rows);
         self.way += other.way;
-        other.begin();
+        // Its next row begins it anew.
+        (other.rows, other.way) = (0, 0.0);
     }
 }
 
@@ -410,12 +411,12 @@ mod tests {
         }
     }
 
-    /// Errors over stated deviations over 40 seeds of 48 numbers: their mean square is one within the noise of each scatter, which rests on 48
-    /// differences (20 % a seed, 3 % in all), and within what a quintic lacks of a coasting shaft.
+    /// Errors over stated deviations over 20 seeds of 48 numbers: their mean square is one within the noise of each scatter, which rests on 48
+    /// differences (20 % a seed, 5 % in all), and within what a quintic lacks of a coasting shaft.
     #[test]
     fn deviations_are_those_of_repeated_motions() {
         let (mut squares, mut count) = (0.0, 0);
-        for seed in 0..40 {
+        for seed in 0..20 {
             let mut learner = Turns::new(PERIODS);
             pushed(seed, 1.0, 2.0e-4, |reading, _| learner.enter(reading, 0));
             let learned = learner.solve().unwrap();
@@ -431,6 +432,7 @@ mod tests {
             }
         }
         let mean = squares / f64::from(count);
+        std::println!("{mean:.3}");
         assert!((0.8..1.25).contains(&mean), "{mean}");
     }
 
@@ -438,7 +440,7 @@ mod tests {
     #[test]
     fn a_shaft_without_such_errors_has_none() {
         let mut none = 0;
-        for seed in 0..20 {
+        for seed in 0..10 {
             let mut learner = Turns::new(PERIODS);
             pushed(seed, 0.0, 2.0e-4, |reading, _| learner.enter(reading, 0));
             match learner.solve() {
@@ -453,7 +455,7 @@ mod tests {
                 }
             }
         }
-        assert!(none > 10, "{none}");
+        assert!(none > 5, "{none}");
     }
 
     /// Wherever the count begins: what the table adds is what lacks, but for the lines between its entries (8 % of the highest order that the
