@@ -41,6 +41,7 @@ const POSE: Channel = Channel {
 };
 /// The frame that poses are in.
 const FRAME: &str = "platen";
+/// Nanoseconds of a second. By definition.
 const NS: f64 = 1e9;
 
 /// A state of the board.

@@ -38,7 +38,8 @@ fn parts_that_are_added_in_any_grouping_lead_to_the_same() {
         let difference = (state.value(platen, key) - value) / prior.deviation;
         assert!(difference.abs() < 1e-6, "{key:?}: {difference:e}");
     }
-    // Lines of this platen are askew: no recording alone tells that, and all three do.
+    // By the stated deviations no recording alone tells whether lines are askew, and all three do. Whether the value is right is not asked here: it is not
+    // yet (docs/fleet.md).
     let answer = answer(&members, &fitted).unwrap();
     let square = answer.platens[0].out_of_square_rad;
     assert!(square.is_told() && !square.is_told_alone(), "{square:?}");

@@ -38,6 +38,7 @@ mod learner;
 mod pair;
 mod stretch;
 mod turn;
+mod turn_half;
 mod turn_table;
 
 pub use circle::{CIRCLE_ORDERS, CIRCLE_UNKNOWNS, Circle, Round};
@@ -45,5 +46,6 @@ pub use harmonics::{Harmonics, ORDERS};
 pub use learner::{Learned, Learner, PERIODS};
 pub use pair::{Encoder, EncoderConfig, Reading};
 pub use stretch::{COLUMNS, DRIFT, Stretch};
-pub use turn::{LearnedTurn, TURN_DRIFT, TurnError, TurnLearner};
+pub use turn::{LearnedTurn, TurnError, TurnLearner};
+pub use turn_half::TURN_DRIFT;
 pub use turn_table::TurnTable;
