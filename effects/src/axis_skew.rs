@@ -11,7 +11,7 @@ use crate::random::{ChaCha8Rng, normal};
 /// goes over (3.1.2).
 const RANGE_M: f64 = 5.0e-3;
 
-/// Plant side. Size: rms of the displacement over +-5 mm, pooled over the segments.
+/// Plant side. Size: rms of the displacement over +-5 mm, each segment's less its mean, pooled over the segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisSkew {
     /// Angle between the y direction and the lines that segments 1 and 3 cross, radians.
@@ -27,7 +27,8 @@ impl AxisSkew {
     pub fn draw(_scene: &Scene, rng: &mut ChaCha8Rng, size_rms_m: f64) -> Box<dyn PlantEffect> {
         let (skew, pitch) = (normal(rng), normal(rng));
         let bow = 0.05 * skew / RANGE_M;
-        // Rms over the square: mean squares of y and y^2 are R^2/3 and R^4/5; half of the segments see each part.
+        // Rms over the square: mean squares of y and y^2 are R^2/3 and R^4/5; half of the segments see each part. Half a span aside the bow
+        // has a slope besides, which makes half a percent of the size.
         let (r2, half) = (RANGE_M * RANGE_M, 0.5);
         let power = half * ((skew * skew + pitch * pitch) * r2 / 3.0 + bow * bow * r2 * r2 / 5.0);
         let unit = size_rms_m / power.sqrt().max(1.0e-12);
@@ -42,13 +43,19 @@ impl PlantEffect for AxisSkew {
         self.bow_per_m *= factor;
     }
 
-    fn platen(&mut self, _at: &Instant, points: &mut [SegmentPoint; SEGMENTS]) {
+    fn platen(&mut self, at: &Instant, points: &mut [SegmentPoint; SEGMENTS]) {
         for (s, point) in points.iter_mut().enumerate() {
-            point.own_m += if s % 2 == 0 {
-                point.across_m * (self.skew_rad + self.bow_per_m * point.across_m)
+            // A pair's segments cross the lines half a span to either side.
+            let across_m = point.across_m + at.geometry.across_offset_m(s);
+            let x_of_lines = |y_m: f64| y_m * (self.skew_rad + self.bow_per_m * y_m);
+            // The other ruling's lines tell the place across.
+            if s % 2 == 0 {
+                point.own_m += x_of_lines(across_m);
+                point.across_m += self.pitch_difference * point.across_m;
             } else {
-                point.own_m * self.pitch_difference
-            };
+                point.across_m += x_of_lines(point.own_m);
+                point.own_m += self.pitch_difference * point.own_m;
+            }
         }
     }
 }
@@ -60,7 +67,7 @@ pub mod sensor_side {
     use crate::basis::legendre;
     use crate::sensor::{Covariates, Regressor, BasisInputs};
 
-    /// Size of what completes it, m.
+    /// Size of a bow and of what completes it, m.
     const WINDING_M: f64 = 0.4e-6;
     /// Highest order of a winding along the lines' own direction, and of a bow across it.
     const WINDING: [usize; 2] = [5, 3];
@@ -68,7 +75,7 @@ pub mod sensor_side {
     /// that of order 5 is there 33 times what it is at the end.
     const BEYOND: f64 = 1.5;
 
-    /// Sensor side: two amounts; a common scale is the beacon's height. Lines that were ruled askew may wind as well,
+    /// Sensor side: two amounts, and a bow of either's lines; a common scale is the beacon's height. Lines that were ruled askew may wind as well,
     /// by a tenth of that: smooth shapes over the range, no more than completes the effect, and asked for where it leaves a gap.
     pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         if !inputs.segments.iter().all(|s| *s) {
@@ -94,10 +101,21 @@ pub mod sensor_side {
                 }
             }),
         ];
+        list.extend((0..2).map(|axis| bend(inputs.middle_m[1 - axis], axis)));
         if inputs.lines_wind {
             list.extend((0..2).flat_map(|axis| winding(inputs, axis)));
         }
         list
+    }
+
+    /// Lines that bend: a pair's segments cross them half a span to either side, so that places across show as an angle.
+    fn bend(middle_m: f64, axis: usize) -> Regressor {
+        let name = format!("lines of {} bend", ["x", "y"][axis]);
+        Regressor::readings(name, "1/m", WINDING_M, move |m, out| {
+            for s in [axis, axis + 2] {
+                out[s] += (m.place_m[s][1] - middle_m).powi(2);
+            }
+        })
     }
 
     /// Legendre polynomials of the lines' place, along their own direction and across it, over the range of the recording.
@@ -173,7 +191,7 @@ pub struct Definition;
 pub static CARD: Card = Card {
     name: "axis_skew",
     summary: "the platen's two rulings differ in pitch, or are not square",
-    sizes: "3 µm over the recording for either, 0.4 µm for each shape of lines that wind: without data",
+    sizes: "3 µm over the recording for either, 0.4 µm for a bow of either and for each shape of lines that wind: without data",
     telling_motion: "a known distance by an independent reference along both axes: only it tells the platen's pitch from the diode's gain",
     recordings: Recordings::Apart,
     follows: Quantity::PlaceOnPlaten,
