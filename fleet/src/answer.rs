@@ -1,9 +1,11 @@
 //! What many recordings tell together, and what each told by itself.
 
-use crate::functions::{Cells, Function, own_functions_of, value, visited};
+use crate::connected::groups;
+use crate::functions::{Cells, Function, own_functions_of, value, visited, visited_by_segments};
 use crate::homogeneity::{Fits, fits};
 use crate::judge::held_out_m;
-use crate::key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
+use crate::key::{Key, Name, Platen, SPAN, SPANS_APART};
+use crate::lines::{Lines, share_of_mean, straight_of};
 use crate::member::Member;
 use crate::passes::Fitted;
 use crate::separated::{self, CellAnswer, WaveAnswer};
@@ -11,42 +13,12 @@ use crate::shown::Spent;
 use crate::solve::{Posterior, solve};
 use crate::state::State;
 use crate::sums::noise_in_force;
+use crate::told::Told;
 use anyhow::Result;
 use courier_sensor::frame::SEGMENTS;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// A number that was fitted, and how well it is known: by all recordings, and by the best of them alone.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Told {
-    /// Its value.
-    pub value: f64,
-    /// Predicted standard deviation, all recordings together.
-    pub deviation: f64,
-    /// The same by that recording alone which tells it best.
-    pub alone: f64,
-    /// Before any data.
-    pub prior: f64,
-}
-
-/// Share of the deviation before the data from which on a number says nothing of its own. A prior: nine tenths of the deviation are four fifths of
-/// the variance, so that more than that is what was known before.
-const UNTOLD: f64 = 0.9;
-
-impl Told {
-    /// True if the data of all recordings say more than what was known before.
-    #[must_use]
-    pub fn is_told(&self) -> bool {
-        self.deviation <= UNTOLD * self.prior
-    }
-
-    /// The same of the best recording alone.
-    #[must_use]
-    pub fn is_told_alone(&self) -> bool {
-        self.alone <= UNTOLD * self.prior
-    }
-}
 
 /// A recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -88,9 +60,9 @@ pub struct CourierAnswer {
     pub waves: Vec<WaveAnswer>,
     /// Predicted covariance of the waves' amplitudes, m²: by wave, the sine before the cosine.
     pub covariance_m2: Vec<Vec<f64>>,
-    /// What both spans are longer by than stated, less the mean of all couriers, m: by itself a courier is its own mean.
+    /// What both spans are longer by than stated, less the mean of all couriers that are connected with it, m.
     pub span_m: Told,
-    /// What the span of segments 1 and 3 is longer by than the other, less the mean of all couriers, m.
+    /// What the span of segments 1 and 3 is longer by than the other, less that mean, m.
     pub spans_apart_m: Told,
 }
 
@@ -111,9 +83,11 @@ pub struct PlatenAnswer {
     pub field_m: Told,
     /// The same cell by cell.
     pub field: Vec<CellAnswer>,
-    /// Pitch of x over that of y, less one. Straight parts of a field and rulings are one: what is told is their sum's share.
+    /// Pitch of x over that of y, less one, over the cells and less the mean of all platens that are connected. By itself a platen is not told: a
+    /// diode's axes that differ so look the same. What is known before the data is that of straight
+    /// rulings, without displaced teeth.
     pub pitch_difference: Told,
-    /// Angle by which the lines of x are turned against those of y, rad.
+    /// By how much the lines of x and those of y meet at less than a right angle, rad; the same.
     pub out_of_square_rad: Told,
 }
 
@@ -141,6 +115,7 @@ const GAUGE: &[&str] = &[
     "a field's mean and the beacon's place",
     "the common pitch of both rulings, the beacon's height and the lever arms: a known length tells it",
     "the mean of a pair's offsets and the beacon's place",
+    "the mean of the platens' angles between their lines, and of their pitches of x over y: diodes whose axes are so look the same",
     "the mean of the couriers' spans over a platen, of the difference of both, and the bow of its lines: lines seem bent where the angle is off in scale",
 ];
 
@@ -171,6 +146,8 @@ pub fn answer(members: &[Member], fitted: &Fitted) -> Result<Answer> {
         members,
         fitted,
         alone: &alone,
+        groups: groups(members),
+        lines: Lines::of(members, fitted),
     };
     let unknowns: usize = fitted.solution.steps.len();
     Ok(Answer {
@@ -188,6 +165,9 @@ struct View<'a> {
     members: &'a [Member],
     fitted: &'a Fitted,
     alone: &'a [Alone],
+    /// A number for each member, the same for those that are connected.
+    groups: Vec<usize>,
+    lines: Lines,
 }
 
 impl View<'_> {
@@ -219,29 +199,13 @@ impl View<'_> {
             .collect()
     }
 
-    /// One unknown, by all and by the best of some recordings.
-    fn told(&self, of: &[usize], key: &Key, prior: f64) -> Told {
-        let platen = &self.members[of[0]].platen;
-        let function = [(key.clone(), 1.0)];
-        let alone = of.iter().map(|i| {
-            let platen = &self.members[*i].platen;
-            self.alone[*i].posterior.deviation(platen, &function)
-        });
-        Told {
-            value: self.fitted.state.value(platen, key),
-            deviation: self.posterior().deviation(platen, &function),
-            alone: alone.fold(f64::INFINITY, f64::min),
-            prior,
-        }
-    }
-
     fn couriers(&self) -> Vec<CourierAnswer> {
         let names: BTreeSet<&Name> = self.members.iter().map(|m| &m.courier).collect();
         let spent = Spent::of(self.posterior().shares_left());
         let of_one = |name: &Name| {
             let of = self.those(|member| member.courier == *name);
             let first = &self.members[of[0]];
-            let [_, _, _, _, (_, span_m), (_, apart_m)] = crate::state::further(first);
+            let [_, _, _, _, (_, span_m), (_, apart_m), _] = crate::state::further(first);
             let (waves, covariance_m2) =
                 separated::waves(&self.fitted.state, self.posterior(), first);
             CourierAnswer {
@@ -258,11 +222,20 @@ impl View<'_> {
         names.into_iter().map(of_one).collect()
     }
 
-    /// One of a courier's unknowns less the mean of all.
+    /// Numbers of the members that are connected with one.
+    fn connected(&self, with: usize) -> impl Iterator<Item = &Member> {
+        let pairs = self.members.iter().zip(&self.groups);
+        let group = self.groups[with];
+        pairs
+            .filter(move |(_, of)| **of == group)
+            .map(|(member, _)| member)
+    }
+
+    /// One of a courier's unknowns less the mean of all that are connected with it.
     fn less_mean(&self, of: &[usize], which: u16, prior: f64) -> Told {
-        let names: BTreeSet<&Name> = self.members.iter().map(|m| &m.courier).collect();
+        let names: BTreeSet<&Name> = self.connected(of[0]).map(|m| &m.courier).collect();
         let own = &self.members[of[0]];
-        let share = 1.0 / names.len() as f64;
+        let share = share_of_mean(names.len());
         let function: Function = names
             .into_iter()
             .map(|name| {
@@ -324,7 +297,6 @@ impl View<'_> {
                 .zip(&self.alone[*i].cells)
                 .for_each(|(all, own)| all.extend(own));
         }
-        let [(_, pitch), (_, square), ..] = crate::state::further(&self.members[of[0]]);
         let state = &self.fitted.state;
         let lattice = state.unknowns(&self.members[of[0]]).lattice();
         let field = separated::cells(state, self.posterior(), name, lattice, &all);
@@ -340,8 +312,23 @@ impl View<'_> {
                 .unwrap_or(0),
             field_m: self.field(name, &of, &field),
             field,
-            pitch_difference: self.told(&of, &Key::Ruling(Ruling::PitchDifference), pitch),
-            out_of_square_rad: self.told(&of, &Key::Ruling(Ruling::OutOfSquare), square),
+            pitch_difference: self.straight(name, &of, 0),
+            out_of_square_rad: self.straight(name, &of, 1),
+        }
+    }
+
+    /// One of the straight parts of a platen's lines, less the mean of all platens that are connected with it.
+    fn straight(&self, name: &Platen, of: &[usize], which: usize) -> Told {
+        let names: BTreeSet<&Platen> = self.connected(of[0]).map(|m| &m.platen).collect();
+        let alone = of.iter().filter_map(|i| {
+            let (member, alone) = (&self.members[*i], &self.alone[*i]);
+            let cells = visited_by_segments(member, &self.fitted.state);
+            let functions = straight_of(member, &self.fitted.state, &cells)?;
+            Some(alone.posterior.deviation(name, &functions[which]))
+        });
+        Told {
+            alone: alone.fold(f64::INFINITY, f64::min),
+            ..self.lines.less_mean(self.fitted, name, &names, which)
         }
     }
 
@@ -358,6 +345,7 @@ impl View<'_> {
                 state,
                 posterior,
                 cells,
+                ..
             } = &self.alone[*i];
             let lattice = unknowns.lattice();
             deviation(&separated::cells(state, posterior, name, lattice, cells))

@@ -61,7 +61,10 @@ pub fn begin(member: &Member) -> Result<Beginning> {
         platen: member.platen.clone(),
         shift_teeth: [0; 2],
     };
+    let place = unknowns.mounting() + 3;
+    let seen_m = [fit.values[place], fit.values[place + 1]];
     let mut state = State {
+        beacons_m: BTreeMap::from([(member.platen.clone(), seen_m)]),
         recordings: BTreeMap::from([(member.recording.clone(), placed.clone())]),
         sensors: sensors_of(member, &unknowns, &fit.values),
         // One recording tells too little of an aperture: it is not looked for.

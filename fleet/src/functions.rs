@@ -17,21 +17,27 @@ pub type Function = Vec<(Key, f64)>;
 /// Cells of a direction's field, by the tooth along and across from which each reaches to the next.
 pub type Cells = BTreeSet<[i32; 2]>;
 
-/// Cells of both fields over which a recording's poses had a segment, in the platen's count.
+/// Cells over which each segment was in a recording's poses, in the platen's count.
 #[must_use]
-pub fn visited(member: &Member, state: &State) -> [Cells; 2] {
+pub fn visited_by_segments(member: &Member, state: &State) -> [Cells; SEGMENTS] {
     let at = AtState::new(member, state);
     let shift = state.shift_teeth(&member.recording);
-    let mut cells = [Cells::new(), Cells::new()];
+    let mut cells = [(); SEGMENTS].map(|()| Cells::new());
     for TeethPose { outputs_m, .. } in &member.poses {
         for (s, [along, across]) in places(at.setup(), outputs_m).into_iter().enumerate() {
             let direction = s % 2;
             let [along, across] = [along.floor() as i32, across.floor() as i32];
-            let cell = [along + shift[direction], across + shift[1 - direction]];
-            cells[direction].insert(cell);
+            cells[s].insert([along + shift[direction], across + shift[1 - direction]]);
         }
     }
     cells
+}
+
+/// Cells of both fields over which a recording's poses had a segment, in the platen's count.
+#[must_use]
+pub fn visited(member: &Member, state: &State) -> [Cells; 2] {
+    let [x, y, other_x, other_y] = visited_by_segments(member, state);
+    [&x | &other_x, &y | &other_y]
 }
 
 /// The field of a direction at the middle of each cell, less the plane of least squares through all of them: its height is gauge, its slopes are
@@ -79,7 +85,7 @@ pub fn off_plane(cells: &Cells) -> DMatrix<f64> {
 }
 
 /// One entry a key.
-fn gathered(mut function: Function) -> Function {
+pub fn gathered(mut function: Function) -> Function {
     function.sort_by(|a, b| a.0.cmp(&b.0));
     function.dedup_by(|next, kept| {
         let same = next.0 == kept.0;

@@ -35,7 +35,8 @@ pub enum Key {
     Ruling(Ruling),
     /// Unknown of a recording, by its number: offsets of parity and angle, the beacon's height and its place along x and y.
     Recording(Name, u16),
-    /// Unknown of a courier, by its number among the tooth map's unknowns, or [`SPAN`], [`SPANS_APART`].
+    /// Unknown of a courier, by its number among the tooth map's unknowns, or [`SPAN`], [`SPANS_APART`],
+    /// [`DIODE_SHEAR`].
     Courier(Name, u16),
     /// The aperture of the make's segments, by the number of its coordinate (`neighbours.rs`). The bound has it among its unknowns; a fit takes it
     /// from the evidence.
@@ -64,7 +65,7 @@ impl Key {
 pub enum Ruling {
     /// Pitch of x over that of y, less one.
     PitchDifference,
-    /// Angle by which the lines of x are turned against those of y, rad.
+    /// Angle by which the lines of x are turned toward +x: along them, x grows by it with y, rad.
     OutOfSquare,
     /// How lines of x bend along y, 1/m: the displacement over the squared place.
     BowOfX,
@@ -72,7 +73,12 @@ pub enum Ruling {
     BowOfY,
 }
 
-/// What both spans of a courier are longer by than stated, m.
+/// By how much the axes of a courier's diode meet at less than a right angle, half of it, rad. By definition a number
+/// that no unknown of the tooth map has.
+pub const DIODE_SHEAR: u16 = u16::MAX - 2;
+/// What both spans of a courier are longer by than stated, m. By definition a number that no unknown of
+/// the tooth map has.
 pub const SPAN: u16 = u16::MAX - 1;
-/// What the span of segments 1 and 3 is longer by than that of 2 and 4, m.
+/// What the span of segments 1 and 3 is longer by than that of 2 and 4, m. By definition a number that no unknown of
+/// the tooth map has.
 pub const SPANS_APART: u16 = u16::MAX;

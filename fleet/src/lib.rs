@@ -5,7 +5,7 @@
 //!
 //! | owner | unknowns |
 //! |---|---|
-//! | courier | equation (3) of its segments, lateral waves, lever arms, the diode's own errors, both spans |
+//! | courier | equation (3) of its segments, lateral waves, lever arms, the diode's own errors and the angle between its axes, both spans |
 //! | platen (with its beacon) | displaced teeth of x's and y's field, rulings out of square, of unequal pitch or bent |
 //! | recording | what a restart sets anew: offsets of parity and angle, the beacon's height and place |
 //!
@@ -16,7 +16,7 @@
 //! `member` (recording -> poses) -> `begin` (a recording alone) -> `register` (whole teeth between recordings, by `field_information`) ->
 //! `sums` (at a `state`, by `linearised` poses) -> `solve` (posterior) -> `step` (the next state; once the
 //! fields are near, `halved` `splines` tell the likeliest `aperture` by `blocks`, or splines a pitch apart in a `window` of a long field do, and its `teeth` take their place) -> `passes` (until settled; the bound, with
-//! `aperture_derivatives`) -> `judge` (held-out poses) -> `answer`, with what was `separated` and each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
+//! `aperture_derivatives`) -> `judge` (held-out poses) -> `answer`, with what was `separated`, the `straight` parts of platens' `lines` and each courier's `homogeneity`. `part` is the same for an engine that forms sums on many computers.
 
 mod answer;
 mod aperture;
@@ -24,6 +24,7 @@ mod aperture_derivatives;
 mod begin;
 mod blocks;
 mod cache;
+mod connected;
 mod field_information;
 mod form;
 mod functions;
@@ -32,28 +33,33 @@ mod homogeneity;
 mod judge;
 mod key;
 mod linearised;
+mod lines;
 mod member;
 mod neighbours;
 mod part;
 mod passes;
 mod register;
+mod ruling;
 mod separated;
 mod shown;
 mod solve;
 mod splines;
 mod state;
 mod step;
+mod straight;
 mod sums;
 mod teeth;
+mod told;
 mod window;
 
-pub use answer::{Answer, CourierAnswer, PlatenAnswer, RecordingAnswer, Told, answer};
+pub use answer::{Answer, CourierAnswer, PlatenAnswer, RecordingAnswer, answer};
 pub use begin::{Beginning, begin};
 pub use functions::{
     Cells, Function, field_functions, off_plane, own_functions_of, value, visited,
+    visited_by_segments,
 };
 pub use homogeneity::Fits;
-pub use key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
+pub use key::{DIODE_SHEAR, Key, Name, Platen, Ruling, SPAN, SPANS_APART};
 pub use member::Member;
 pub use part::{Part, Progress};
 pub use passes::{Fitted, at, bound, fit};
@@ -63,3 +69,4 @@ pub use shown::Shown;
 pub use solve::{Posterior, Solution, solve};
 pub use state::State;
 pub use sums::{Sums, sums_of};
+pub use told::Told;

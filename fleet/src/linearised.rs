@@ -2,9 +2,13 @@
 
 use crate::key::{Key, SPAN};
 use crate::member::Member;
-use crate::state::{State, further, keys_of};
+use crate::ruling::RULINGS;
+use crate::state::{FURTHER, State, further, keys_of};
 use courier_sensor::equations::theta;
-use tooth_map::{Linear, Setup, TeethPose, Unknowns, by_raw_outputs, linear, misclosures, places};
+use courier_sensor::frame::SEGMENTS;
+use tooth_map::{
+    Linear, Rulings, Setup, TeethPose, Unknowns, by_raw_outputs, linear, misclosures, places,
+};
 
 /// Step by which a derivative by the span is taken, m. Derived from both: small beside a tooth, over which fields bend, large
 /// beside the digits of f64.
@@ -18,15 +22,14 @@ pub struct AtState {
     pub unknowns: Unknowns,
     /// The key of each unknown: those of the tooth map, then the [`further`] ones.
     pub keys: Vec<Key>,
-    /// Geometry with the courier's spans as they are known.
+    /// Geometry with the courier's spans and the platen's rulings as they are known.
     setup: Setup,
     /// Values of the tooth map's unknowns.
     values: Vec<f64>,
     /// Geometry and values by which poses are weighed: as they were entered, and the waves as [`State::weighing`] has them.
     weighing: (Setup, Vec<f64>),
     /// Values of the further ones.
-    further: [f64; 6],
-    shift_teeth: [i32; 2],
+    further: [f64; FURTHER],
 }
 
 impl AtState {
@@ -43,6 +46,12 @@ impl AtState {
         let spans = Key::Courier(member.courier.clone(), SPAN);
         let mut setup = member.setup;
         setup.span_m += value(&spans);
+        let beacon_m = state.beacon_m(&member.platen);
+        setup.rulings = Rulings {
+            amounts: RULINGS.each_ref().map(value),
+            from_m: [0, 1]
+                .map(|axis| beacon_m[axis] - f64::from(shift_teeth[axis]) * setup.pitch_m),
+        };
         keys.extend(more);
         let mut weighing = unknowns.start(&member.setup);
         let waves = unknowns.wave(0, 0)..unknowns.field(0);
@@ -56,11 +65,10 @@ impl AtState {
             values,
             weighing: (member.setup, weighing),
             further,
-            shift_teeth,
         }
     }
 
-    /// Geometry with the courier's spans as they are known.
+    /// Geometry with the courier's spans and the platen's rulings as they are known.
     #[must_use]
     pub fn setup(&self) -> &Setup {
         &self.setup
@@ -73,7 +81,7 @@ impl AtState {
     pub fn linear(&self, pose: &TeethPose) -> Linear {
         let mut at = linear(&self.setup, &self.unknowns, &self.values, pose);
         let span_m = self.setup.span_m;
-        let theta_rad = theta(&pose.outputs_m, span_m);
+        let theta_rad = theta(&at.outputs_m, span_m);
         let mut longer = self.setup;
         longer.span_m += SPAN_STEP_M;
         let beyond = misclosures(&longer, &self.unknowns, &self.values, pose);
@@ -81,36 +89,25 @@ impl AtState {
         let by_segments = |amounts: [f64; 4]| -> [f64; 3] {
             std::array::from_fn(|k| (0..4).map(|s| amounts[s] * at.by_outputs[s][k]).sum())
         };
-        let seen = places(&self.setup, &pose.outputs_m);
-        // Places along and across, m, from the platen's count zero.
-        let place_m = |s: usize, d: usize| {
-            let axis = if d == 0 { s % 2 } else { 1 - s % 2 };
-            (seen[s][d] + f64::from(self.shift_teeth[axis])) * self.setup.pitch_m
-        };
-        let pitch = std::array::from_fn(|s| [0.5, -0.5][s % 2] * place_m(s, 0));
-        let bow = |axis: usize| {
-            let of = |s: usize| {
-                if s % 2 == axis {
-                    place_m(s, 1).powi(2)
-                } else {
-                    0.0
-                }
-            };
-            by_segments(std::array::from_fn(of))
-        };
-        let square = std::array::from_fn(|s| if s % 2 == 0 { place_m(s, 1) } else { 0.0 });
+        let seen = places(&self.setup, &at.outputs_m);
+        let by_places: [[f64; 4]; SEGMENTS] = std::array::from_fn(|s| {
+            let place_m = seen[s].map(|pitches| pitches * self.setup.pitch_m);
+            self.setup.rulings.shapes(s, place_m)
+        });
+        let by_ruling = |k: usize| by_segments(by_places.map(|of_segment| of_segment[k]));
         let rows = [
-            by_segments(pitch),
-            by_segments(square),
-            bow(0),
-            bow(1),
+            by_ruling(0),
+            by_ruling(1),
+            by_ruling(2),
+            by_ruling(3),
             std::array::from_fn(|k| (beyond[k] - at.g_m[k]) / SPAN_STEP_M),
             [-theta_rad, 0.0, 0.0],
+            by_diode_shear(&at, &self.unknowns),
         ];
         for (k, row) in rows.into_iter().enumerate() {
             at.by.push((first + k, row));
-            // The span itself is in the geometry.
-            if k != SPAN_PLACE {
+            // Rulings and the span itself are in the geometry.
+            if k >= RULINGS.len() && k != SPAN_PLACE {
                 let value = self.further[k];
                 at.g_m
                     .iter_mut()
@@ -123,4 +120,12 @@ impl AtState {
         at.by_outputs = by_raw_outputs(setup, &self.unknowns, values, pose);
         at
     }
+}
+
+/// Derivatives by a shear of the diode's axes: a deflection (u, v) becomes (u + s v, v + s u). A difference of gains makes (u + d u, v - d v) of it, and
+/// (v, u) is (u, -v) turned by a quarter.
+fn by_diode_shear(at: &Linear, unknowns: &Unknowns) -> [f64; 3] {
+    let gains = unknowns.misalignment();
+    let by_gains = at.by.iter().find(|(unknown, _)| *unknown == gains);
+    by_gains.map_or([0.0; 3], |(_, [_, x, y])| [0.0, -y, *x])
 }

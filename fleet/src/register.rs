@@ -53,6 +53,8 @@ pub fn register(beginnings: &[Beginning]) -> Result<State> {
         match known.get_mut(platen) {
             None => {
                 let first = beginning;
+                let seen_m = first.state.beacon_m(platen);
+                state.beacons_m.insert(platen.clone(), seen_m);
                 known.insert(platen.clone(), Known { first, field });
             }
             Some(known) => {

@@ -193,11 +193,20 @@ impl Posterior {
     /// sum adds nothing.
     #[must_use]
     pub fn deviation(&self, platen: &Platen, function: &[(Key, f64)]) -> f64 {
-        self.root(platen, function)
-            .iter()
-            .map(|part| part.norm_squared())
-            .sum::<f64>()
-            .sqrt()
+        self.deviation_of_sum(&[(platen, function)])
+    }
+
+    /// The same of the sum of a function of each of several platens.
+    #[must_use]
+    pub fn deviation_of_sum(&self, functions: &[(&Platen, &[(Key, f64)])]) -> f64 {
+        let mut of_couriers = DVector::zeros(self.couriers.len());
+        let mut variance = 0.0;
+        for (platen, function) in functions {
+            let [own, couriers] = self.unsolved(platen, function);
+            variance += own.norm_squared();
+            of_couriers += couriers;
+        }
+        (variance + self.factor.half(&of_couriers).norm_squared()).sqrt()
     }
 
     /// Predicted covariance of such functions of one platen.
@@ -246,6 +255,12 @@ impl Posterior {
 
     /// Vectors whose products with those of another function make the covariance of both: of the platen's unknowns and of the couriers'.
     fn root(&self, platen: &Platen, function: &[(Key, f64)]) -> [DVector<f64>; 2] {
+        let [own, of_couriers] = self.unsolved(platen, function);
+        [own, self.factor.half(&of_couriers)]
+    }
+
+    /// The same before the couriers' factor is solved for.
+    fn unsolved(&self, platen: &Platen, function: &[(Key, f64)]) -> [DVector<f64>; 2] {
         let mut of_couriers = DVector::zeros(self.couriers.len());
         for (key, weight) in function {
             if let Some((at, unit)) = self.couriers.get(key) {
@@ -262,7 +277,7 @@ impl Posterior {
             }
             of_couriers -= eliminated.with_couriers.tr_mul(&own);
         }
-        [own, self.factor.half(&of_couriers)]
+        [own, of_couriers]
     }
 }
 

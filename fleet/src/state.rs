@@ -1,8 +1,9 @@
 //! Where the problem is linearised: values of all unknowns, what is known of them before the data, and whole teeth between recordings.
 
 use crate::form::Aperture;
-use crate::key::{Key, Name, Platen, Ruling, SPAN, SPANS_APART};
+use crate::key::{DIODE_SHEAR, Key, Name, Platen, SPAN, SPANS_APART};
 use crate::member::Member;
+use crate::ruling::RULINGS;
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -14,12 +15,15 @@ pub const SPAN_M: f64 = 1.0e-3;
 const SPANS_APART_M: f64 = 5.0e-6 / 15.0e-3;
 /// Prior deviation of a ruling's shape: 3 µm over ±5 mm (`axis_skew`'s prior).
 const RULING: f64 = 3.0e-6 / 5.0e-3;
+/// Prior deviation of the angle between a diode's axes, rad: the product of its misalignment's two prior deviations, a turn of 0.1 rad and 0.1 of the gains.
+/// Axes that are turned first and differ in gain then are no more at right angles. A diode that leans by eight degrees about its diagonal has as much.
+const DIODE_SHEAR_RAD: f64 = 0.1 * 0.1;
 /// Prior deviation of a bow, 1/m: a field of teeth under an aperture, 3 µm, bends over the ±2.5 mm that a recording under a beacon crosses. Nodes that
 /// are independent of each other bend by less.
 const BOW_PER_M: f64 = 3.0e-6 / (2.5e-3 * 2.5e-3);
 
 /// Version of a state's file. By definition of its layout.
-pub const STATE_VERSION: u64 = 6;
+pub const STATE_VERSION: u64 = 7;
 
 /// What is known of an unknown before the data, in its own unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -68,6 +72,9 @@ pub struct State {
     /// they are, so that no step changes a weight.
     #[serde(with = "pairs")]
     pub weighing: BTreeMap<Key, f64>,
+    /// Where the beacon over each platen is seen, x and y, m from the platen's count zero: the shapes of rulings are told from there.
+    #[serde(with = "pairs")]
+    pub beacons_m: BTreeMap<Platen, [f64; 2]>,
     /// Recordings by name.
     pub recordings: BTreeMap<Name, Placed>,
     /// Values of what belongs to couriers and recordings, with their priors.
@@ -165,6 +172,12 @@ impl State {
         placed.map_or([0; 2], |placed| placed.shift_teeth)
     }
 
+    /// The place from which shapes of a platen's rulings are told, m.
+    #[must_use]
+    pub fn beacon_m(&self, platen: &Platen) -> [f64; 2] {
+        self.beacons_m.get(platen).copied().unwrap_or_default()
+    }
+
     /// Recordings of a recording's courier, and over its platen.
     #[must_use]
     pub fn counts(&self, of: &Placed) -> [f64; 2] {
@@ -216,17 +229,22 @@ pub fn keys_of(member: &Member, unknowns: &Unknowns, shift_teeth: [i32; 2]) -> V
     keys
 }
 
+/// How many unknowns the tooth map has not. By definition of [`further`].
+pub const FURTHER: usize = 7;
+
 /// Unknowns that the tooth map has not: their keys and deviations.
 #[must_use]
-pub fn further(member: &Member) -> [(Key, f64); 6] {
+pub fn further(member: &Member) -> [(Key, f64); FURTHER] {
     let of_courier = |which| Key::Courier(member.courier.clone(), which);
+    let [pitch, square, bow_of_x, bow_of_y] = RULINGS;
     [
-        (Key::Ruling(Ruling::PitchDifference), RULING),
-        (Key::Ruling(Ruling::OutOfSquare), RULING),
-        (Key::Ruling(Ruling::BowOfX), BOW_PER_M),
-        (Key::Ruling(Ruling::BowOfY), BOW_PER_M),
+        (pitch, RULING),
+        (square, RULING),
+        (bow_of_x, BOW_PER_M),
+        (bow_of_y, BOW_PER_M),
         (of_courier(SPAN), SPAN_M),
         (of_courier(SPANS_APART), SPANS_APART_M),
+        (of_courier(DIODE_SHEAR), DIODE_SHEAR_RAD),
     ]
 }
 

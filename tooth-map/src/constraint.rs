@@ -11,6 +11,8 @@ use serde::{Deserialize, Serialize};
 /// One pose linearised.
 #[derive(Clone, Debug)]
 pub struct Linear {
+    /// Calibrated outputs, metres.
+    pub outputs_m: [f64; SEGMENTS],
     /// g_p, g_x, g_y, metres.
     pub g_m: [f64; 3],
     /// `(unknown, derivatives of the three)`.
@@ -62,6 +64,7 @@ fn displacement(
 
 /// A pose at some values of the unknowns, before the derivatives by these.
 struct AtPose {
+    outputs_m: [f64; SEGMENTS],
     g_m: [f64; 3],
     by_outputs: [[f64; 3]; SEGMENTS],
     /// The same by the outputs before the waves: what moves one of these moves the waves as well.
@@ -104,6 +107,7 @@ impl AtPose {
             })
         });
         Self {
+            outputs_m: p,
             g_m: [parity(&p), seen.g[0], seen.g[1]],
             by_outputs,
             through,
@@ -176,6 +180,7 @@ pub fn linear(setup: &Setup, unknowns: &Unknowns, values: &[f64], pose: &TeethPo
         derivatives.push((unknowns.bend(1) + k, turn(0.0, of_v[n] * of_u[m])));
     }
     Linear {
+        outputs_m: seen.outputs_m,
         g_m: seen.g_m,
         by: derivatives,
         by_outputs: seen.by_outputs,
@@ -287,6 +292,7 @@ impl Linear {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rulings::Rulings;
     use courier_sensor::teeth::Grid;
 
     /// The derivatives by the raw outputs against differences, where equations (3) and (9) act, and that they are others than those by the
@@ -304,6 +310,7 @@ mod tests {
             height_m: 8.0e-3,
             lever_m: [1.0e-3, -0.5e-3],
             tan_full_scale: 0.3,
+            rulings: Rulings::default(),
             segment_noise_m: 1.0e-7,
             displacement_noise_m: 1.0e-6,
         };

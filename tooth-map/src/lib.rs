@@ -20,6 +20,7 @@ mod model;
 mod patch;
 mod pose;
 mod predict;
+mod rulings;
 mod unknowns;
 
 pub use anchor::Anchor;
@@ -30,4 +31,5 @@ pub use fit::{Fit, Problem, add_rows, products};
 pub use lattice::{FIELD, FieldKernel};
 pub use model::places;
 pub use pose::{Noise, Setup, TeethPose, poses_of};
+pub use rulings::Rulings;
 pub use unknowns::{NODE_M, Unknowns, WAVES};

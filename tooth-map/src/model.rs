@@ -67,9 +67,26 @@ impl Sum<'_> {
     }
 }
 
-/// Position of the pair across, with equation (9)'s turn: the lateral argument of each segment, metres.
+/// Position of the pair across, with equation (9)'s turn: the lateral argument of each segment, metres. The turn is the courier's: lines that are turned
+/// take no part in it.
 fn lateral_m(setup: &Setup, p: &[f64; SEGMENTS]) -> [f64; SEGMENTS] {
+    let corrected = corrected(setup, p);
+    lateral_arguments(middle(p), theta(&corrected, setup.span_m), setup.lateral_m)
+}
+
+/// The same as a linear function of the outputs, along two equal rulings at right angles.
+fn linear_lateral_m(setup: &Setup, p: &[f64; SEGMENTS]) -> [f64; SEGMENTS] {
     lateral_arguments(middle(p), theta(p, setup.span_m), setup.lateral_m)
+}
+
+/// Outputs with what the rulings add to them.
+fn corrected(setup: &Setup, p: &[f64; SEGMENTS]) -> [f64; SEGMENTS] {
+    if setup.rulings.are_straight() {
+        return *p;
+    }
+    let places_m = equations::places(p, &linear_lateral_m(setup, p), setup.span_m);
+    let by_m = setup.rulings.corrections_m(&places_m);
+    std::array::from_fn(|i| p[i] + by_m[i])
 }
 
 /// Places of a segment in its direction's field, pitches, from outputs.
@@ -78,7 +95,8 @@ pub fn places(setup: &Setup, p: &[f64; SEGMENTS]) -> [[f64; 2]; SEGMENTS] {
     places_m.map(|place| place.map(|p| p / setup.pitch_m))
 }
 
-/// Everything of one pose; its derivatives are added to these lists, where there are some. A place outside the lattice has no field. The
+/// Everything of one pose; its derivatives are added to these lists, where there are some. Fields and waves follow the lines, so that what the rulings
+/// add comes last. A place outside the lattice has no field. The
 /// waves' phases are those of the places that fields and waves have corrected, which the interrupt takes to first order.
 pub fn outputs(
     setup: &Setup,
@@ -110,6 +128,7 @@ pub fn outputs(
         sum.add_wave(i, at, function);
     });
     sum.out.waves_by_outputs = waves_by_outputs(setup, unknowns, values, &moved);
+    sum.out.p_m = corrected(setup, &sum.out.p_m);
     sum.out
 }
 
@@ -125,7 +144,7 @@ fn waves_by_outputs(
     // The lateral arguments are linear in the outputs.
     let lateral_by: [[f64; SEGMENTS]; SEGMENTS] = std::array::from_fn(|j| {
         let unit = std::array::from_fn(|k| f64::from(u8::from(k == j)));
-        lateral_m(setup, &unit)
+        linear_lateral_m(setup, &unit)
     });
     let mut by = [[0.0; SEGMENTS]; SEGMENTS];
     for i in 0..SEGMENTS {

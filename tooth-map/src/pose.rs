@@ -1,5 +1,6 @@
 //! Poses under the beacon from a recording: outputs of the four segments and the deflection of the coordination sensor.
 
+use super::rulings::Rulings;
 use anyhow::{Result, ensure};
 use courier_sensor::frame::SEGMENTS;
 use courier_sensor::geometry::Geometry;
@@ -52,6 +53,8 @@ pub struct Setup {
     pub lever_m: [f64; 2],
     /// tan psi at a deflection of 1.
     pub tan_full_scale: f64,
+    /// The platen's rulings, where more is known of them than that they are two equal ones at right angles.
+    pub rulings: Rulings,
     /// Least noise of a segment that is believed, metres.
     pub segment_noise_m: f64,
     /// Least noise of a displacement that is believed, metres.
@@ -69,6 +72,7 @@ impl Setup {
             height_m: f64::from(geometry.height_m),
             lever_m: geometry.lever_m.map(f64::from),
             tan_full_scale: f64::from(geometry.tan_full_scale),
+            rulings: Rulings::default(),
             segment_noise_m,
             displacement_noise_m,
         }
@@ -150,6 +154,7 @@ fn setup_of(recording: &Recording) -> Result<Setup> {
         height_m: coordination.height_m,
         lever_m: [coordination.lever_x_m, coordination.lever_y_m],
         tan_full_scale: coordination.tan_full_scale,
+        rulings: Rulings::default(),
         // A standstill's mean is better than one reading: a quarter, for sixteen of them.
         segment_noise_m: 0.25
             * one_reading

@@ -3,7 +3,7 @@
 use courier_sensor::frame::SEGMENTS;
 use effects::axis_skew::AxisSkew;
 use effects::motion::Pose;
-use effects::plant::{Instant, PlantEffect, SegmentPoint};
+use effects::plant::{Geometry, Instant, PlantEffect, SegmentPoint};
 use fleet::{Member, Platen};
 use hal_sim::coordination::{origin_under, pose_under};
 use hal_sim::courier::Courier;
@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
 use std::f64::consts::TAU;
-use tooth_map::{Setup, TeethPose};
+use tooth_map::{Rulings, Setup, TeethPose};
 
 /// Samples of a standstill, and the angle either way.
 const SAMPLES: u32 = 16;
@@ -74,14 +74,15 @@ pub fn wider(courier: u64, platen: u64, seed: u64, poses: usize, reach_pitches: 
     )
 }
 
-/// The same over a platen whose lines of x are turned against those of y.
-pub fn askew(courier: u64, platen: u64, seed: u64, poses: usize, reach_pitches: f64) -> Member {
+/// The same over a platen whose rulings are not two equal ones at right angles.
+pub fn ruled(
+    ruling: AxisSkew,
+    [courier, platen, seed]: [u64; 3],
+    poses: usize,
+    reach_pitches: f64,
+) -> Member {
     let mut spec = of_the_make(Some(courier), Some(platen));
-    spec.effects.push(Box::new(AxisSkew {
-        skew_rad: SKEW_RAD,
-        pitch_difference: 0.0,
-        bow_per_m: 0.0,
-    }));
+    spec.effects.push(Box::new(ruling));
     of_spec(
         spec,
         [courier, platen, seed],
@@ -89,9 +90,6 @@ pub fn askew(courier: u64, platen: u64, seed: u64, poses: usize, reach_pitches: 
         [[-reach_pitches, reach_pitches]; 2],
     )
 }
-
-/// Angle of the lines of such a platen: three times what the fit takes for usual.
-pub const SKEW_RAD: f64 = 2.0e-3;
 
 /// The make's displaced teeth among its effects.
 const TEETH: usize = 2;
@@ -179,6 +177,7 @@ fn setup(spec: &CourierSpec) -> Setup {
         height_m: nominal.height_m,
         lever_m: nominal.lever_m,
         tan_full_scale: nominal.tan_full_scale,
+        rulings: Rulings::default(),
         segment_noise_m: by_average * segment * nominal.pitch_m / TAU,
         displacement_noise_m: by_average * deflection * nominal.height_m * nominal.tan_full_scale,
     }
@@ -215,24 +214,46 @@ fn at_rest(
 /// lines is there as well.
 pub fn field_m(platen: u64, direction: usize, cell: [i32; 2]) -> f64 {
     let mut spec = of_the_make(None, Some(platen));
+    let point = in_the_middle(&spec, direction, cell);
+    let geometry = spec.geometry;
+    let mut sum_m = 0.0;
+    for effect in [0, TEETH] {
+        let effect = &mut spec.effects[effect];
+        let of_all = at_origin(&geometry, |at| {
+            effect.displacement_m(at, &[point; SEGMENTS])
+        });
+        sum_m += of_all[direction];
+    }
+    -sum_m
+}
+
+/// The same of a platen's rulings.
+pub fn ruling_m(ruling: &AxisSkew, direction: usize, cell: [i32; 2]) -> f64 {
+    let spec = of_the_make(None, None);
+    let point = in_the_middle(&spec, direction, cell);
+    let mut points = [point; SEGMENTS];
+    let mut ruling = *ruling;
+    at_origin(&spec.geometry, |at| ruling.platen(at, &mut points));
+    point.own_m - points[direction].own_m
+}
+
+/// Across is told from the sensor's centre: the segment of this direction that stands half a span aside.
+fn in_the_middle(spec: &CourierSpec, direction: usize, cell: [i32; 2]) -> SegmentPoint {
     let geometry = spec.geometry;
     let place_m = cell.map(|tooth| (f64::from(tooth) + 0.5) * geometry.pitch_m);
-    // Across is told from the sensor's centre: the segment of this direction that stands half a span aside.
-    let point = SegmentPoint {
+    SegmentPoint {
         own_m: place_m[0],
         across_m: place_m[1] - geometry.across_offset_m(direction),
-    };
+    }
+}
+
+fn at_origin<T>(geometry: &Geometry, of: impl FnOnce(&Instant) -> T) -> T {
     let pose = Pose::default();
-    let at = Instant {
+    of(&Instant {
         time_s: 0.0,
         pose,
         temperature_delta_k: 0.0,
         motion: &pose,
-        geometry: &geometry,
-    };
-    let mut sum_m = 0.0;
-    for effect in [0, TEETH] {
-        sum_m += spec.effects[effect].displacement_m(&at, &[point; SEGMENTS])[direction];
-    }
-    -sum_m
+        geometry,
+    })
 }
