@@ -1,6 +1,7 @@
 //! `axis_skew`: the platen's two rulings differ in pitch, or are not square.
 //!
-//! Both leave the parity alone (a pair shares them) and show against the coordination sensor or a reference.
+//! Both leave the parity alone (a pair shares them, but for an offset) and show against the coordination sensor or a reference. Lines that bend besides
+//! show as an angle, and in the parity: a pair's segments cross them half a span to either side.
 
 // --- plant side: where the segments are over the ruling ---
 

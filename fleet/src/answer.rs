@@ -84,8 +84,8 @@ pub struct PlatenAnswer {
     /// The same cell by cell.
     pub field: Vec<CellAnswer>,
     /// Pitch of x over that of y, less one, over the cells and less the mean of all platens that are connected. By itself a platen is not told: a
-    /// diode's axes that differ so look the same. What is known before the data is that of straight
-    /// rulings, without displaced teeth.
+    /// diode's axes that differ so look the same. The deviation before the data is that of rulings alone, and the deviation by one recording that of
+    /// the platen's own number.
     pub pitch_difference: Told,
     /// By how much the lines of x and those of y meet at less than a right angle, rad; the same.
     pub out_of_square_rad: Told,
@@ -167,6 +167,7 @@ struct View<'a> {
     alone: &'a [Alone],
     /// A number for each member, the same for those that are connected.
     groups: Vec<usize>,
+    /// What is asked of each platen's lines.
     lines: Lines,
 }
 
@@ -345,7 +346,6 @@ impl View<'_> {
                 state,
                 posterior,
                 cells,
-                ..
             } = &self.alone[*i];
             let lattice = unknowns.lattice();
             deviation(&separated::cells(state, posterior, name, lattice, cells))

@@ -73,6 +73,14 @@ pub enum Ruling {
     BowOfY,
 }
 
+/// All of them, in the order of [`tooth_map::Rulings::amounts`].
+pub const RULINGS: [Key; 4] = [
+    Key::Ruling(Ruling::PitchDifference),
+    Key::Ruling(Ruling::OutOfSquare),
+    Key::Ruling(Ruling::BowOfX),
+    Key::Ruling(Ruling::BowOfY),
+];
+
 /// By how much the axes of a courier's diode meet at less than a right angle, half of it, rad. By definition a number
 /// that no unknown of the tooth map has.
 pub const DIODE_SHEAR: u16 = u16::MAX - 2;

@@ -39,7 +39,6 @@ mod neighbours;
 mod part;
 mod passes;
 mod register;
-mod ruling;
 mod separated;
 mod shown;
 mod solve;

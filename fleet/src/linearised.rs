@@ -1,8 +1,7 @@
 //! One pose at a state: the tooth map's equations, with spans and rulings beside them.
 
-use crate::key::{Key, SPAN};
+use crate::key::{Key, RULINGS, SPAN};
 use crate::member::Member;
-use crate::ruling::RULINGS;
 use crate::state::{FURTHER, State, further, keys_of};
 use courier_sensor::equations::theta;
 use courier_sensor::frame::SEGMENTS;
@@ -89,7 +88,12 @@ impl AtState {
         let by_segments = |amounts: [f64; 4]| -> [f64; 3] {
             std::array::from_fn(|k| (0..4).map(|s| amounts[s] * at.by_outputs[s][k]).sum())
         };
-        let seen = places(&self.setup, &at.outputs_m);
+        // The outputs have what the rulings add.
+        let straight = Setup {
+            rulings: Rulings::default(),
+            ..self.setup
+        };
+        let seen = places(&straight, &at.outputs_m);
         let by_places: [[f64; 4]; SEGMENTS] = std::array::from_fn(|s| {
             let place_m = seen[s].map(|pitches| pitches * self.setup.pitch_m);
             self.setup.rulings.shapes(s, place_m)

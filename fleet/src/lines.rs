@@ -2,10 +2,9 @@
 //! gains add the same to every platen that its courier crosses.
 
 use crate::functions::{Function, value, visited_by_segments};
-use crate::key::{Key, Platen};
+use crate::key::{Key, Platen, RULINGS};
 use crate::member::Member;
 use crate::passes::{Fitted, by_platen};
-use crate::ruling::RULINGS;
 use crate::state::State;
 use crate::straight::{SegmentCells, straight};
 use crate::sums::Sums;

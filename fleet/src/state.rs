@@ -1,9 +1,8 @@
 //! Where the problem is linearised: values of all unknowns, what is known of them before the data, and whole teeth between recordings.
 
 use crate::form::Aperture;
-use crate::key::{DIODE_SHEAR, Key, Name, Platen, SPAN, SPANS_APART};
+use crate::key::{DIODE_SHEAR, Key, Name, Platen, RULINGS, SPAN, SPANS_APART};
 use crate::member::Member;
-use crate::ruling::RULINGS;
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

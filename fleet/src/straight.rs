@@ -2,8 +2,7 @@
 //! their sum by the readings.
 
 use crate::functions::{Cells, Function, gathered};
-use crate::key::Key;
-use crate::ruling::RULINGS;
+use crate::key::{Key, RULINGS};
 use courier_sensor::frame::SEGMENTS;
 use nalgebra::DMatrix;
 use tooth_field::Lattice;

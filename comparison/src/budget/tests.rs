@@ -105,22 +105,13 @@ fn an_angle_sees_neither_shared_teeth_nor_expansion() {
 fn what_is_not_known_gives_no_budget() {
     let mut estimate = of_order(1, [0.0; 2], 0.2e-6);
     estimate.parity = None;
-    let told = budget(
-        &estimate,
-        &Conditions::default(),
-        &at_quarter(),
-        Quantity::X,
-    )
-    .unwrap_err();
+    let refused = |estimate: &Estimate| {
+        let conditions = Conditions::default();
+        budget(estimate, &conditions, &at_quarter(), Quantity::X).unwrap_err()
+    };
+    let told = refused(&estimate);
     assert!(told.contains("held-out"), "{told}");
     estimate.parity = Some((1.0e-6, 100.0));
     estimate.certainty = Err("a gauge".into());
-    let told = budget(
-        &estimate,
-        &Conditions::default(),
-        &at_quarter(),
-        Quantity::X,
-    )
-    .unwrap_err();
-    assert_eq!(told, "a gauge");
+    assert_eq!(refused(&estimate), "a gauge");
 }

@@ -2,7 +2,7 @@
 
 use crate::simulated::{member, ruled};
 use effects::axis_skew::AxisSkew;
-use fleet::{Key, Member, Part, Platen, State, answer, begin, fit, register, sums_of};
+use fleet::{DIODE_SHEAR, Key, Member, Part, Platen, State, answer, begin, fit, register, sums_of};
 
 fn three() -> [Member; 3] {
     let askew = AxisSkew {
@@ -134,6 +134,29 @@ fn derivatives_are_those_of_what_is_left() {
         );
     }
     assert!(tried > 200, "{tried}");
+}
+
+/// What poses leave is the same again where a diode's axes were turned toward each other and its shear says so, and is not where it does not.
+#[test]
+fn a_diode_s_shear_takes_back_what_its_axes_do() {
+    let shear_rad = 1.0e-3;
+    let straight = member(1, 5, 1, 130, 1.5);
+    let mut turned = straight.clone();
+    for pose in &mut turned.poses {
+        let [u, v] = pose.deflection;
+        pose.deflection = [u - shear_rad * v, v - shear_rad * u];
+    }
+    let state = begin(&straight).unwrap().state;
+    let key = Key::Courier(straight.courier.clone(), DIODE_SHEAR);
+    let mut told = state.clone();
+    told.add(&straight.platen, &key, shear_rad);
+    let squares = |member: &Member, state: &State| sums_of(member, state).0.squares;
+    let wanted = squares(&straight, &state);
+    let [back, unsaid] = [&told, &state].map(|state| squares(&turned, state));
+    assert!(unsaid > 5.0 * wanted, "{unsaid} {wanted}");
+    // The diode's polynomial is taken where the turned axes say: its slopes, up to a fifth, are left of the shear, a twenty-fifth of the squares.
+    let left = (back - wanted).abs() / (unsaid - wanted);
+    assert!(left < 0.04, "{left}: {back} {wanted} {unsaid}");
 }
 
 #[test]
