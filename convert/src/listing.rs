@@ -86,42 +86,73 @@ fn guesses(log: &Log) -> Vec<Option<String>> {
             guesses[place] = Some(format!("is {}", target.name()));
             continue;
         }
-        if let Some(asked) = column
-            .hint
-            .as_deref()
-            .and_then(|hint| Asked::parse(hint).ok())
-        {
-            let hint = column.hint.as_deref().unwrap_or_default();
-            if !taken.contains(&asked.target) {
-                taken.push(asked.target);
-                guesses[place] = Some(format!("--column {}", quoted(hint)));
-            }
-            continue;
-        }
-        let name = &column.name;
-        let target = if named_as_time(name) {
-            Column::Time
-        } else if is_called(name, &SINES) {
-            Column::Sine(0)
-        } else if is_called(name, &COSINES) {
-            Column::Cosine(0)
-        } else if is_called(name, &TEMPERATURES) {
-            Column::Temperature
-        } else if is_called(name, &REFERENCES) {
-            Column::Reference(0)
-        } else if is_called(name, &POSITIONS) && !is_called(name, &RATES) && !has_pair {
-            Column::Position(0)
-        } else {
+        let Some(target) = of_column(column, has_pair) else {
             continue;
         };
-        let target = Target::Numbers(target);
+        let same = |other: &&LogColumn| of_column(other, has_pair) == Some(target);
+        let mut rest = log.columns[place..].iter().filter(same);
         let may_stand_still = target == Target::Numbers(Column::Temperature);
-        if !taken.contains(&target) && has_values(column, may_stand_still) {
+        let is_first = may_stand_still || moves(column) || !rest.any(moves);
+        let hint = hint_of(column).map(|(hint, _)| hint);
+        let has_values = hint.is_some() || has_values(column, may_stand_still);
+        if !taken.contains(&target) && is_first && has_values {
             taken.push(target);
-            guesses[place] = Some(option(target, column));
+            guesses[place] = Some(match hint {
+                Some(hint) => format!("--column {}", quoted(hint)),
+                None => option(target, column),
+            });
         }
     }
     guesses
+}
+
+/// What a column may be: by what its program calls it, or by words in its name.
+fn of_column(column: &LogColumn, has_pair: bool) -> Option<Target> {
+    let by_words = || target_by_words(&column.name, has_pair).map(Target::Numbers);
+    hint_of(column).map(|(_, target)| target).or_else(by_words)
+}
+
+/// What the log's program is known to mean by a column, as an option says it, and what that gives.
+fn hint_of(column: &LogColumn) -> Option<(&str, Target)> {
+    let hint = column.hint.as_deref()?;
+    Some((hint, Asked::parse(hint).ok()?.target))
+}
+
+/// What a column may be by words in its name; `has_pair` where the log has sines and cosines, beside which positions follow from these.
+fn target_by_words(name: &str, has_pair: bool) -> Option<Column> {
+    let target = if named_as_time(name) {
+        Column::Time
+    } else if is_called(name, &SINES) {
+        Column::Sine(0)
+    } else if is_called(name, &COSINES) {
+        Column::Cosine(0)
+    } else if is_called(name, &TEMPERATURES) {
+        Column::Temperature
+    } else if is_called(name, &REFERENCES) {
+        Column::Reference(0)
+    } else if is_called(name, &POSITIONS) && !is_called(name, &RATES) && !has_pair {
+        Column::Position(0)
+    } else {
+        return None;
+    };
+    Some(target)
+}
+
+/// True of a column that goes farther than its own jitter: of several drives in one log the first that moves is the one that was meant.
+/// White noise of deviation `s` in `n` rows has second differences of `√6 s` rms and reaches `√(2 ln n) s` to either side.
+fn moves(column: &LogColumn) -> bool {
+    let finite = column.numbers.iter().copied().filter(|n| n.is_finite());
+    let numbers: Vec<f64> = finite.collect();
+    let (low, high) = numbers
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), n| {
+            (low.min(*n), high.max(*n))
+        });
+    let second_differences = numbers.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]);
+    let squares: f64 = second_differences.map(|d| d * d).sum();
+    let rows = numbers.len() as f64;
+    let deviation = (squares / (6.0 * (rows - 2.0).max(1.0))).sqrt();
+    high - low > 2.0 * (2.0 * rows.ln()).sqrt() * deviation
 }
 
 /// True of a column with a number, and where it may not stand still with another one: a flag is no reading of a motion.

@@ -134,6 +134,22 @@ fn titles_of_an_odrive_are_known() {
     }
 }
 
+/// Of several drives in one log that one is suggested which goes farther than its own jitter.
+#[test]
+fn the_drive_that_moves_is_suggested() {
+    let row = |k: usize| {
+        let jitter = 0.25 * (k * k % 7) as f64;
+        format!("{k},{jitter},{},{}\n", 0.1 * k as f64, 3.0 - 0.2 * k as f64)
+    };
+    let rows: String = (0..40).map(row).collect();
+    let text = format!("%Time,ODrive 0 Position,ODrive 1 Position,ODrive 2 Position\n{rows}");
+    let log = read_with(Path::new("a.csv"), text.as_bytes(), &Beside::default()).unwrap();
+    let found = convert::listing::suggestion(&log, "a.csv");
+    assert!(found.contains("ODrive 1 Position"), "{found}");
+    let others = ["ODrive 0", "ODrive 2"];
+    assert!(!others.iter().any(|other| found.contains(other)), "{found}");
+}
+
 /// A message of an encoder has a speed as well, often before the position.
 #[test]
 fn a_speed_is_not_suggested_as_a_position() {
