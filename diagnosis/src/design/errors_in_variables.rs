@@ -31,8 +31,8 @@ const STEP_M: f64 = 1.0e-8;
 pub struct ErrorsInVariables(Symmetric);
 
 impl ErrorsInVariables {
-    /// Cost: a twentieth to a half of the products themselves. The coordination sensor's noise is left aside: its shapes are
-    /// smooth over many times that noise.
+    /// Cost: a twentieth to three quarters of the products themselves. A gain of the coordination sensor that a motion hardly tells rebuilds
+    /// its noise as well as angles do, though its shapes are smooth over many times that noise.
     pub fn new(linearized: &LinearizedRecording, columns: &Columns, scale: &[f64]) -> Self {
         let width = scale.len() + 1;
         let in_use: Vec<usize> = (0..linearized.len())
@@ -92,6 +92,27 @@ impl ErrorsInVariables {
     }
 }
 
+/// What the sensor knows at a sample where an axis of the coordination sensor reads a step further. Where the neighbours tell the deflection, that
+/// stays, and so does its rate, which many samples tell.
+fn deflected(linearized: &LinearizedRecording, axis: usize, here: &Covariates) -> Covariates {
+    let step = deflection_step(linearized);
+    let mut out = here.clone();
+    if out.steady_tan_psi[axis] == out.tan_psi[axis] {
+        out.steady_tan_psi[axis] += step;
+    }
+    out.tan_psi[axis] += step;
+    let full_scale = linearized.observations.tan_full_scale;
+    if full_scale > 0.0 {
+        out.deflection[axis] += step / full_scale;
+    }
+    out
+}
+
+/// A step of tan(psi) that the beacon's height makes [`STEP_M`].
+fn deflection_step(linearized: &LinearizedRecording) -> f64 {
+    STEP_M / linearized.baseline.height_m
+}
+
 /// The linearized recording with one segment's raw readings a step further. Where the segment's place is that of its neighbours, the place
 /// stays.
 fn stepped<'a>(linearized: &LinearizedRecording<'a>, segment: usize) -> LinearizedRecording<'a> {
@@ -131,7 +152,17 @@ fn products_of(
     (sum, count)
 }
 
-/// What a step of each segment's reading changes at some samples: segment by segment, sample by sample.
+/// Noise of a reading over the step by which it is changed, at a sample; not finite where it is not there.
+fn noise_of_step(linearized: &LinearizedRecording, reading: usize, i: usize) -> f64 {
+    let o = linearized.observations;
+    let over_stated = linearized.noise[reading];
+    match reading.checked_sub(4) {
+        None => over_stated * o.position_noise_m[reading][i] / STEP_M,
+        Some(axis) => over_stated * o.tan_psi_noise[axis][i] / deflection_step(linearized),
+    }
+}
+
+/// What a step of each reading changes at some samples: reading by reading, sample by sample.
 struct Changes {
     here: Vec<Covariates>,
     there: Vec<Vec<Covariates>>,
@@ -146,28 +177,40 @@ impl Changes {
         samples: &[usize],
         rows: &[SampleRows],
     ) -> Self {
-        let segments: Vec<usize> = (0..4).filter(|s| linearized.scope.segments[*s]).collect();
-        let vectors = |s: usize| {
+        let segments = (0..4).filter(|s| linearized.scope.segments[*s]);
+        let axes = (0..2).filter(|_| linearized.scope.beacon);
+        let readings: Vec<usize> = segments.chain(axes.map(|axis| 4 + axis)).collect();
+        let here: Vec<Covariates> = samples.iter().map(|i| linearized.covariates(*i)).collect();
+        let there = |reading: &usize| match reading.checked_sub(4) {
+            None => samples
+                .iter()
+                .map(|i| stepped[*reading].covariates(*i))
+                .collect(),
+            Some(axis) => here
+                .iter()
+                .map(|m| deflected(linearized, axis, m))
+                .collect(),
+        };
+        let vectors = |reading: &usize| {
+            let reading = *reading;
             samples.iter().zip(rows).map(move |(&i, rows)| {
-                let noise =
-                    linearized.noise[s] * linearized.observations.position_noise_m[s][i] / STEP_M;
+                let noise = noise_of_step(linearized, reading, i);
+                let variance = linearized.reading_variance(i)[reading];
                 // A reading that is not there has no noise, and its rows no part of it.
                 if !noise.is_finite() {
                     return [[0.0; ROWS]; SOURCES];
                 }
                 let mut vectors = rows.white_sources();
                 vectors.iter_mut().flatten().for_each(|v| *v *= noise);
-                let variance = linearized.reading_variance(i)[s];
-                let target = std::array::from_fn(|row| -rows.by_reading[row][s] * variance.sqrt());
-                vectors[TARGET] = rows.whitened(&target);
+                let by = rows.by_reading.map(|by| -by[reading] * variance.sqrt());
+                vectors[TARGET] = rows.whitened(&by);
                 vectors
             })
         };
-        let at = |of: &LinearizedRecording| samples.iter().map(|i| of.covariates(*i)).collect();
         Self {
-            here: at(linearized),
-            there: segments.iter().map(|s| at(&stepped[*s])).collect(),
-            vectors: segments.iter().flat_map(|s| vectors(*s)).collect(),
+            there: readings.iter().map(there).collect(),
+            vectors: readings.iter().flat_map(vectors).collect(),
+            here,
         }
     }
 
