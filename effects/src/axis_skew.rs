@@ -76,17 +76,14 @@ pub mod sensor_side {
     /// that of order 5 is there 33 times what it is at the end.
     const BEYOND: f64 = 1.5;
 
-    /// Sensor side: two amounts, and a bow of either's lines; a common scale is the beacon's height. Lines that were ruled askew may wind as well,
-    /// by a tenth of that: smooth shapes over the range, no more than completes the effect, and asked for where it leaves a gap.
+    /// Sensor side: two amounts, and a bow of either's lines; a common scale is the beacon's height, and a common angle its turn. Against a reference
+    /// pitch and angle of either ruling show. Lines that were ruled askew may wind as well, by a tenth of that: smooth shapes over the range, no more
+    /// than completes the effect, and asked for where it leaves a gap.
     pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
-        if !inputs.segments.iter().all(|s| *s) {
-            return if inputs.reference {
-                against_reference(inputs)
-            } else {
-                Vec::new()
-            };
+        if inputs.reference {
+            return against_reference(inputs);
         }
-        if !inputs.lateral {
+        if !inputs.lateral || !inputs.segments.iter().all(|s| *s) {
             return Vec::new();
         }
         let mut list = vec![
@@ -102,9 +99,15 @@ pub mod sensor_side {
                 }
             }),
         ];
-        list.extend((0..2).map(|axis| bend(inputs.middle_m[1 - axis], axis)));
+        list.extend((0..2).flat_map(|axis| bent(inputs, axis)));
+        list
+    }
+
+    /// How the lines of one ruling are no straight ones.
+    fn bent(inputs: &BasisInputs, axis: usize) -> Vec<Regressor> {
+        let mut list = vec![bend(inputs.middle_m[1 - axis], axis)];
         if inputs.lines_wind {
-            list.extend((0..2).flat_map(|axis| winding(inputs, axis)));
+            list.extend(winding(inputs, axis));
         }
         list
     }
@@ -153,7 +156,7 @@ pub mod sensor_side {
     /// the number of periods: a quarter.
     const FAR_PITCHES: f64 = 3.0;
 
-    /// The rulings that single segments pass, each against the reference.
+    /// The rulings that segments pass, each against the reference, which tells the pitch of either: none is taken up by a beacon's height.
     fn against_reference(inputs: &BasisInputs) -> Vec<Regressor> {
         let mut list = Vec::new();
         for (axis, label) in ["x", "y"].into_iter().enumerate() {
@@ -174,6 +177,9 @@ pub mod sensor_side {
             add(format!("pitch of {label}"), "1", 0);
             if inputs.lateral {
                 add(format!("lines of {label} turned"), "rad", 1);
+                if !of_it.is_empty() {
+                    list.extend(bent(inputs, axis));
+                }
             }
         }
         list

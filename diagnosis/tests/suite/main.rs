@@ -2,6 +2,7 @@
 //!
 //! One program of many files: each further program would be linked, and its helpers compiled, once more.
 
+mod against_reference;
 mod beside;
 mod by_posterior;
 mod claims;

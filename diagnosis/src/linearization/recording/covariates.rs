@@ -1,7 +1,7 @@
 //! What the sensor knows at a sample, from calibrated readings.
 
 use super::LinearizedRecording;
-use courier_signal::equations::{lateral_arguments, places, theta};
+use courier_signal::equations::{ANGLE_SIGN, lateral_arguments, places, theta};
 use effects::sensor::{Covariates, LATERAL_ORDERS, LoggedColumn, ORDERS};
 use std::f64::consts::TAU;
 
@@ -24,11 +24,15 @@ impl LinearizedRecording<'_> {
         }
     }
 
-    /// The mean of a pair where there are two, what one says where there is one, else the reference.
+    /// The mean of a pair where there are two; where there is one, what it says less what half a span makes of the angle; else the reference.
     fn centre_of(&self, i: usize, p: impl Fn(usize) -> Option<f64>) -> [f64; 2] {
+        let turn_m = 0.5 * self.observations.span_m * finite(Some(&self.theta_of(i, &p)));
+        let by_one =
+            |segment: usize, place_m: f64| place_m - f64::from(ANGLE_SIGN[segment]) * turn_m;
         [0, 1].map(|axis| match (p(axis), p(axis + 2)) {
             (Some(a), Some(b)) => 0.5 * (a + b),
-            (Some(one), None) | (None, Some(one)) => one,
+            (Some(one), None) => by_one(axis, one),
+            (None, Some(one)) => by_one(axis + 2, one),
             (None, None) => finite(self.observations.reference[axis].get(i)),
         })
     }

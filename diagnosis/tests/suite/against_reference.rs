@@ -1,0 +1,41 @@
+//! What segments show against a reference, of couriers and motions that are drawn.
+
+use crate::confusion::names;
+use diagnosis::selection::by_posterior::diagnose_by_posterior;
+use diagnosis::{Diagnosis, Options, diagnose};
+use recording::Recording;
+use specimens::{Case, Conditions};
+
+/// Answers by the rules and by the posterior.
+fn answers(recording: &Recording) -> [Diagnosis; 2] {
+    let options = Options::default();
+    let (by_posterior, _) = diagnose_by_posterior(recording, "drawn", &options, false);
+    [
+        diagnose(recording, "drawn", &options),
+        by_posterior.diagnosis,
+    ]
+}
+
+fn assert_named(case: &Case, wanted: &str) {
+    for d in answers(&case.recorded(0)) {
+        assert_eq!(names(&d), [wanted], "{:?}", d.verdict);
+        assert!(d.held_out.whitened_after < 1.1, "{:?}", d.held_out);
+    }
+}
+
+/// Four segments over 60 mm: the pitch of either ruling shows against a reference, and not their difference alone, of which a beacon's height takes
+/// up the half. Lines that are turned, of one pitch too small, left half of the gap otherwise, which was taken for displaced teeth.
+#[test]
+fn rulings_are_told_by_four_segments() {
+    assert_named(&Case::draw(55, 6055, Conditions::Drawn), "axis_skew");
+}
+
+/// Segments 1, 2 and 4 of a courier that turns by 17 mrad: segment 1 alone tells where the courier's middle is, half a span aside. Without
+/// that angle the place across the other pair's teeth was off by a sixth of a tooth, and what that left was taken for displaced teeth as well.
+#[test]
+fn a_pair_of_which_one_segment_is_known_tells_the_middle() {
+    assert_named(
+        &Case::draw(6, 6055, Conditions::Drawn),
+        "lateral_dependence",
+    );
+}
