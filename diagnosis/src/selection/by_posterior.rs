@@ -130,6 +130,7 @@ impl ModelSelection<'_> {
         }
         if matches!(out.verdict, Verdict::Named | Verdict::Alias) {
             effects.sort_by(|a, b| b.share.total_cmp(&a.share));
+            out.notes.extend(self.shared_with_the_reference(&effects));
             out.effects = effects;
         }
         let correction = self.fill(&mut out, &mut validation, seen);

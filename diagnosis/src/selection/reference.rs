@@ -6,7 +6,8 @@ use crate::inference::cross_validation::CrossValidation;
 use crate::inference::residuals::Residuals;
 use crate::selection::worth::unexplained_fraction;
 use crate::verdict::answer::Named;
-use effects::Card;
+use effects::effect::Quantity;
+use effects::{Card, Detection};
 
 /// What stays of the gap in a sum that no error of the reference can be in, if the reference is the cause: less than this.
 const PARITY_SHARE: f64 = 0.04;
@@ -77,6 +78,25 @@ impl ModelSelection<'_> {
         Some(format!(
             "{}: a periodic error of the reference itself looks the same to one segment; a second segment of the axis tells them apart",
             shape.name
+        ))
+    }
+}
+
+impl ModelSelection<'_> {
+    /// Against a reference, rulings that are turned or of another pitch look like a reference that is mounted askew or of another scale, as far
+    /// as all segments share it.
+    pub(super) fn shared_with_the_reference(&self, effects: &[Named]) -> Option<String> {
+        let of_rulings = |card: &Card| {
+            let along_the_platen = card.follows == Quantity::PlaceOnPlaten;
+            along_the_platen && card.rigid && card.detection != Detection::AsField
+        };
+        let mut of_rulings = effects.iter().filter(|e| effects::has(&e.name, of_rulings));
+        let first = of_rulings
+            .next()
+            .filter(|_| self.design.linearized.scope.reference)?;
+        Some(format!(
+            "{}: a turn or a scale that all segments share may be the reference's own: mounted askew, or of another scale, it shows the same",
+            first.name
         ))
     }
 }

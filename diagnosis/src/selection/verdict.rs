@@ -117,6 +117,7 @@ impl ModelSelection<'_> {
             effects.clear();
         }
         effects.sort_by(|a, b| b.share.total_cmp(&a.share));
+        out.notes.extend(self.shared_with_the_reference(&effects));
         out.effects = effects;
         let correction = self.fill(&mut out, &mut validation, seen);
         if unnamed && (self.slipped() || out.place.is_empty()) {

@@ -16,18 +16,22 @@ fn answers(recording: &Recording) -> [Diagnosis; 2] {
     ]
 }
 
-fn assert_named(case: &Case, wanted: &str) {
+/// Both answers name this, and leave nothing else; `doubted` where they doubt the reference.
+fn assert_named(case: &Case, wanted: &str, doubted: bool) {
     for d in answers(&case.recorded(0)) {
         assert_eq!(names(&d), [wanted], "{:?}", d.verdict);
         assert!(d.held_out.whitened_after < 1.1, "{:?}", d.held_out);
+        let doubt = |note: &String| note.contains("the reference's own");
+        assert_eq!(d.notes.iter().any(doubt), doubted, "{:?}", d.notes);
     }
 }
 
 /// Four segments over 60 mm: the pitch of either ruling shows against a reference, and not their difference alone, of which a beacon's height takes
-/// up the half. Lines that are turned, of one pitch too small, left half of the gap otherwise, which was taken for displaced teeth.
+/// up the half. Lines that are turned, of one pitch too small, left half of the gap otherwise, which was taken for displaced teeth. A reference that is
+/// mounted askew would show as much.
 #[test]
 fn rulings_are_told_by_four_segments() {
-    assert_named(&Case::draw(55, 6055, Conditions::Drawn), "axis_skew");
+    assert_named(&Case::draw(55, 6055, Conditions::Drawn), "axis_skew", true);
 }
 
 /// Segments 1, 2 and 4 of a courier that turns by 17 mrad: segment 1 alone tells where the courier's middle is, half a span aside. Without
@@ -37,5 +41,6 @@ fn a_pair_of_which_one_segment_is_known_tells_the_middle() {
     assert_named(
         &Case::draw(6, 6055, Conditions::Drawn),
         "lateral_dependence",
+        false,
     );
 }
