@@ -92,10 +92,10 @@ fn guesses(log: &Log) -> Vec<Option<String>> {
         let same = |other: &&LogColumn| of_column(other, has_pair) == Some(target);
         let mut rest = log.columns[place..].iter().filter(same);
         let may_stand_still = target == Target::Numbers(Column::Temperature);
-        let is_first = may_stand_still || moves(column) || !rest.any(moves);
+        let is_meant = may_stand_still || moves(column) || !rest.any(moves);
         let hint = hint_of(column).map(|(hint, _)| hint);
         let has_values = hint.is_some() || has_values(column, may_stand_still);
-        if !taken.contains(&target) && is_first && has_values {
+        if !taken.contains(&target) && is_meant && has_values {
             taken.push(target);
             guesses[place] = Some(match hint {
                 Some(hint) => format!("--column {}", quoted(hint)),

@@ -76,8 +76,8 @@ pub mod sensor_side {
     /// that of order 5 is there 33 times what it is at the end.
     const BEYOND: f64 = 1.5;
 
-    /// Sensor side: two amounts, and a bow of either's lines; a common scale is the beacon's height, and a common angle its turn. Against a reference
-    /// pitch and angle of either ruling show. Lines that were ruled askew may wind as well, by a tenth of that: smooth shapes over the range, no more
+    /// Sensor side: two amounts, and a bow of either's lines; a common scale is the beacon's height. Against a reference pitch and angle of either
+    /// ruling show. Lines that were ruled askew may wind as well, by a tenth of that: smooth shapes over the range, no more
     /// than completes the effect, and asked for where it leaves a gap.
     pub fn regressors(inputs: &BasisInputs) -> Vec<Regressor> {
         if inputs.reference {

@@ -31,8 +31,8 @@ const STEP_M: f64 = 1.0e-8;
 pub struct ErrorsInVariables(Symmetric);
 
 impl ErrorsInVariables {
-    /// Cost: a twentieth to three quarters of the products themselves. A gain of the coordination sensor that a motion hardly tells rebuilds
-    /// its noise as well as angles do, though its shapes are smooth over many times that noise.
+    /// Of the segments' noise, and under a beacon of the coordination sensor's. That one's shapes are smooth over many times its noise, but a gain that
+    /// the motion hardly tells takes noise away all the same. Cost: a twentieth to three quarters of the products themselves.
     pub fn new(linearized: &LinearizedRecording, columns: &Columns, scale: &[f64]) -> Self {
         let width = scale.len() + 1;
         let in_use: Vec<usize> = (0..linearized.len())
@@ -191,16 +191,17 @@ impl Changes {
                 .map(|m| deflected(linearized, axis, m))
                 .collect(),
         };
+        let sources: Vec<_> = rows.iter().map(SampleRows::white_sources).collect();
         let vectors = |reading: &usize| {
-            let reading = *reading;
-            samples.iter().zip(rows).map(move |(&i, rows)| {
+            let (reading, of_samples) = (*reading, samples.iter().zip(rows).zip(&sources));
+            of_samples.map(move |((&i, rows), sources)| {
                 let noise = noise_of_step(linearized, reading, i);
                 let variance = linearized.reading_variance(i)[reading];
                 // A reading that is not there has no noise, and its rows no part of it.
                 if !noise.is_finite() {
                     return [[0.0; ROWS]; SOURCES];
                 }
-                let mut vectors = rows.white_sources();
+                let mut vectors = *sources;
                 vectors.iter_mut().flatten().for_each(|v| *v *= noise);
                 let by = rows.by_reading.map(|by| -by[reading] * variance.sqrt());
                 vectors[TARGET] = rows.whitened(&by);

@@ -26,16 +26,17 @@ fn assert_named(case: &Case, wanted: &str, doubted: bool) {
     }
 }
 
-/// Four segments over 60 mm: the pitch of either ruling shows against a reference, and not their difference alone, of which a beacon's height takes
-/// up the half. Lines that are turned, of one pitch too small, left half of the gap otherwise, which was taken for displaced teeth. A reference that is
-/// mounted askew would show as much.
+/// Four segments over 60 mm, on rulings of which one is turned and the other's pitch is too small. Under a beacon only the difference of the pitches
+/// shows, since its height takes up what both share; a reference tells either. With the difference alone half of this gap was left, and taken for
+/// displaced teeth. A reference that is mounted askew would show the same, and the answer says so.
 #[test]
 fn rulings_are_told_by_four_segments() {
     assert_named(&Case::draw(55, 6055, Conditions::Drawn), "axis_skew", true);
 }
 
-/// Segments 1, 2 and 4 of a courier that turns by 17 mrad: segment 1 alone tells where the courier's middle is, half a span aside. Without
-/// that angle the place across the other pair's teeth was off by a sixth of a tooth, and what that left was taken for displaced teeth as well.
+/// Segments 1, 2 and 4 of a courier that turns by 17 mrad. Where its middle is along x, segment 1 alone tells, which sits half a span aside: that
+/// follows the angle. Without the angle the place across the other pair's teeth was off by a sixth of a tooth, and what that left was taken for
+/// displaced teeth as well.
 #[test]
 fn a_pair_of_which_one_segment_is_known_tells_the_middle() {
     assert_named(
