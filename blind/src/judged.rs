@@ -4,7 +4,7 @@ use crate::claim::Claim;
 use crate::ideal::Ideal;
 use crate::stated::Stated;
 use crate::verdicts::coordinates;
-use diagnosis::selection::limits::VISIBLE_GAP_RATIO;
+use diagnosis::figures::limits::VISIBLE_GAP_RATIO;
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use effects::{Card, Detection};
 use serde::{Deserialize, Serialize};

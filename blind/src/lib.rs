@@ -4,13 +4,13 @@
 //! The folder: `recordings/case_000` …, `second/case_000` … (the same couriers again, for `check`), `answers.json` (sealed),
 //! `seal.txt`, `diagnoses/case_000.json`, `models/case_000.json`.
 
+pub mod bounded;
 mod claim;
 mod detection;
 mod figure;
 mod ideal;
 mod judged;
 mod page;
-pub mod paired;
 mod reliability;
 mod seal;
 mod stated;
@@ -31,7 +31,7 @@ pub use tally::Score;
 pub use words::{Words, confusion, detection, effects, figures, matrix, reliability, shrinkage};
 
 use diagnosis::design::assembly::Options;
-use diagnosis::selection::limits::VISIBLE_GAP_RATIO;
+use diagnosis::figures::limits::VISIBLE_GAP_RATIO;
 use diagnosis::verdict::answer::{Diagnosis, Verdict};
 use diagnosis::{Model, check};
 use diagnosis::{diagnose as diagnose_recording, diagnose_fully};
@@ -263,6 +263,7 @@ fn judge(within: &Path, case: &Case, thorough: bool) -> Result<Judged> {
         (Kind::Single, true) => {
             let options = Options {
                 without: vec![case.effects[0].name.clone()],
+                ..Options::default()
             };
             let names =
                 diagnose_recording(&Recording::read(of("recordings"))?, "withheld", &options)
@@ -283,6 +284,7 @@ fn those_that_act(case: &Case) -> Options {
     let others = effects::cards().filter(|card| !acts(card));
     Options {
         without: others.map(|card| card.name.to_owned()).collect(),
+        ..Options::default()
     }
 }
 

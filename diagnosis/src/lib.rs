@@ -52,8 +52,8 @@
 //! The modules stand in the order of the data. [`data`] reads, repairs and marks; [`linearization`] has the residuals of a recording
 //! about a point, their derivatives and the baseline; [`spectra`] finds lines in what is left, [`noise`] is what the stated noise alone leaves;
 //! [`design`] lays out the columns of the baseline, of every effect of the catalogue and of shapes over the coordinates, with their
-//! products fold by fold; [`inference`] fits them; [`posterior`] tells how probable each set of effects is, for now beside the answer;
-//! [`selection`] compares sets of effects on held-out folds and makes the verdict;
+//! products fold by fold; [`inference`] fits them; [`posterior`] tells how probable each set of effects is, and decides;
+//! [`figures`] has the figures of what was decided;
 //! [`verdict`] is the answer's data, and [`link`] states the probability of what is named; [`transfer`] writes the model and checks it on another recording. [`algebra`] knows no sensor.
 //!
 //! Telling an answer to a reader, and checking the whole on couriers whose effects are withheld, are crates of their own:
@@ -78,7 +78,7 @@ pub mod inference;
 
 pub mod posterior;
 
-pub mod selection;
+pub mod figures;
 
 pub mod verdict;
 
@@ -93,7 +93,7 @@ pub mod trace;
 
 pub use data::faint::WithoutSignal;
 pub use design::assembly::Options;
-pub use selection::{Answer, diagnose, diagnose_fully, diagnose_watched};
+pub use figures::{Answer, diagnose, diagnose_fully, diagnose_watched};
 pub use transfer::check::{Check, Checked, check, check_fully, check_watched};
 pub use transfer::model::Model;
 pub use verdict::answer::{Diagnosis, HeldOut, Verdict};

@@ -7,18 +7,14 @@ pub enum Stage {
     Prepare,
     /// The catalogue is compared on held-out data.
     Compare,
-    /// The phase that harmonics run over is chosen.
-    Phase,
-    /// What was found is told more fully.
-    NestedForms,
+    /// The noise is measured, where it is not the stated one.
+    Noise,
     /// All is compared anew about what was found.
     Relinearize,
-    /// A field over the platen is tried.
-    Field,
-    /// Effects beside those found are tried.
-    SecondEffect,
-    /// What is not needed is taken out.
-    Prune,
+    /// More is told of what was found, and a field over the platen is tried.
+    Fuller,
+    /// All is compared about the places that other sets lead to.
+    Modes,
     /// What another recording will show is foretold.
     Predict,
     /// The verdict is made.
@@ -38,15 +34,13 @@ pub type Watch<'w> = &'w dyn Fn(Stage);
 pub fn unwatched(_: Stage) {}
 
 /// Stages of a diagnosis.
-pub const DIAGNOSIS: [Stage; 10] = [
+pub const DIAGNOSIS: [Stage; 8] = [
     Stage::Prepare,
     Stage::Compare,
-    Stage::Phase,
-    Stage::NestedForms,
+    Stage::Noise,
     Stage::Relinearize,
-    Stage::Field,
-    Stage::SecondEffect,
-    Stage::Prune,
+    Stage::Fuller,
+    Stage::Modes,
     Stage::Predict,
     Stage::Decide,
 ];
@@ -60,12 +54,10 @@ impl Stage {
         match self {
             Self::Prepare => "calibrating the baseline",
             Self::Compare => "comparing the catalogue",
-            Self::Phase => "choosing the phase",
-            Self::NestedForms => "fitting what was found",
-            Self::Relinearize => "looking again beside it",
-            Self::Field => "trying a field of teeth",
-            Self::SecondEffect => "trying further effects",
-            Self::Prune => "taking out what is not needed",
+            Self::Noise => "measuring the noise",
+            Self::Relinearize => "comparing about what is found",
+            Self::Fuller => "telling more of it",
+            Self::Modes => "comparing about its rivals",
             Self::Predict => "foretelling other recordings",
             Self::Decide => "making the verdict",
             Self::Read => "reading as the model's was",
@@ -80,14 +72,12 @@ impl Stage {
         match self {
             Self::Prepare | Self::Read => 0.0,
             Self::Compare => 0.05,
-            Self::Phase => 0.30,
-            Self::NestedForms => 0.40,
-            Self::Relinearize => 0.45,
-            Self::Field => 0.70,
-            Self::SecondEffect => 0.75,
-            Self::Prune => 0.85,
-            Self::Predict => 0.93,
-            Self::Decide => 0.95,
+            Self::Noise => 0.15,
+            Self::Relinearize => 0.20,
+            Self::Fuller => 0.50,
+            Self::Modes => 0.80,
+            Self::Predict => 0.95,
+            Self::Decide => 0.97,
             Self::Split => 0.3,
             Self::Apply => 0.6,
         }

@@ -340,8 +340,6 @@ pub static CARD: Card = Card {
     follows: Quantity::OwnPhase,
     coordinate: "own tooth phase, orders 4, 8, 12, 16",
     acts: Acts::Electronics,
-    patterned: true,
-    absorbs_model_error: true,
     confusable: &[
         Confusable { with: "extra_harmonics", parted_by: "a clip makes the orders 4, 8, 12 and 16: raw counts show whether the tops are flat" },
     ],

@@ -169,7 +169,6 @@ pub static CARD: Card = Card {
     needs: &[Need::Turning],
     follows: Quantity::Angle,
     coordinate: "theta and own tooth phase",
-    patterned: true,
     either_phase: true,
     forms: &[
         Form::new("the cosine turns against the sine with the angle", |told| told.turns_with_theta = Some(Channel::Cosine)),

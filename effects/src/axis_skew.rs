@@ -69,6 +69,7 @@ pub mod sensor_side {
     use crate::sensor::{Covariates, Regressor, BasisInputs};
 
     /// Size of a bow and of what completes it, m.
+    /// A prior: less than the effect itself, and more than the noise.
     const WINDING_M: f64 = 0.4e-6;
     /// Highest order of a winding along the lines' own direction, and of a bow across it.
     const WINDING: [usize; 2] = [5, 3];

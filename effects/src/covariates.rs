@@ -15,6 +15,7 @@ pub const MOST_LOGGED: usize = 4;
 
 /// Times after which a mount has followed the board's temperature to 1/e, s: of a coil, of what holds it, and of a courier that is
 /// warmed through slowly.
+/// A prior: each is four times the one before, so that two of them make any between.
 pub const LAGS_S: [f64; 3] = [5.0, 20.0, 80.0];
 
 /// `[segment][n]` = (sin, cos) of n times a phase.

@@ -87,17 +87,8 @@ pub struct Card {
     pub carries_over: &'static str,
     /// A cause, or a shape that may stand in for one.
     pub nature: Nature,
-    /// Share of the gap by which it must do better than a rival: the more shapes its unknowns can take, the more it does by chance.
-    pub complexity_penalty: f64,
-    /// It makes a pattern over the tooth: harmonics of the own phase beside it may be what its own form lacks.
-    pub patterned: bool,
     /// Its harmonics may run over the phase of the unmodified output instead of the calibrated one.
     pub either_phase: bool,
-    /// Its shapes are so many that it stands in for what a great effect's own form lacks.
-    pub absorbs_model_error: bool,
-    /// It is a time between two parts of the sensor: what all segments have in common of one such effect is the other, the other way
-    /// round.
-    pub delays: bool,
     /// It may move all segments as one rigid body, as an error of the reference does.
     pub rigid: bool,
     /// Its output depends on the way there, and so on other samples than its own.
@@ -139,12 +130,7 @@ impl Card {
         transfer: Transfer::Whole,
         carries_over: "its amounts",
         nature: Nature::Cause,
-        // A prior without data: a twentieth of an error that is calibrated by such a model is taken to be left.
-        complexity_penalty: 0.0,
-        patterned: false,
         either_phase: false,
-        absorbs_model_error: false,
-        delays: false,
         rigid: false,
         remembers: false,
         by_amplitude: false,
@@ -162,18 +148,6 @@ impl Card {
     #[must_use]
     pub fn is_answerable(&self, inputs: &BasisInputs) -> bool {
         self.needs.iter().all(|need| need.is_met(inputs))
-    }
-
-    /// True for an effect with so many unknowns that a simpler shape which does nearly as well is to be believed instead.
-    #[must_use]
-    pub fn is_flexible(&self) -> bool {
-        self.nature == Nature::Flexible
-    }
-
-    /// True for what explains a gap, and does not merely describe it.
-    #[must_use]
-    pub fn is_cause(&self) -> bool {
-        self.nature == Nature::Cause
     }
 
     /// True for a shape without a cause.

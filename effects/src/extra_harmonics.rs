@@ -79,10 +79,7 @@ pub static CARD: Card = Card {
     follows: Quantity::OwnPhase,
     coordinate: "own tooth phase",
     nature: Nature::Shape,
-    complexity_penalty: 0.10,
-    patterned: true,
     either_phase: true,
-    absorbs_model_error: true,
     on_board: "the largest orders that there is room for",
     confusable: &[
         Confusable { with: "adc_clipping", parted_by: "a clip makes the orders 4, 8, 12 and 16: raw counts show whether the tops are flat" },

@@ -147,9 +147,6 @@ pub static CARD: Card = Card {
     follows: Quantity::Amplitude,
     coordinate: "signal amplitude",
     carries_over: "its amounts, within the amplitudes that were seen",
-    complexity_penalty: 0.01,
-    patterned: true,
-    absorbs_model_error: true,
     by_amplitude: true,
     // An offset makes further orders of equation (3)'s, and a gap shows the offset.
     subsumes: &[Subsumption { other: "extra_harmonics", tell: &[|inputs| inputs.gap_told = true], known_by: KnownBy::MixedHarmonics }],

@@ -83,6 +83,7 @@ pub mod sensor_side {
     /// States whose strength may change over a tooth: one that turns over soon, one late.
     const WAVES: [usize; 2] = [6, 8];
     /// How much more of it there is at one place of a tooth than at another: it completes the effect.
+    /// A prior: less than the effect itself, and more than the noise.
     const WAVES_SIZE_M: f64 = 0.4e-6;
 
     /// State that a slow courier may feel less of.
@@ -180,9 +181,6 @@ pub static CARD: Card = Card {
     follows: Quantity::Way,
     coordinate: "direction",
     carries_over: "its amounts; what a segment brought along from a way that is not recorded is fitted anew",
-    complexity_penalty: 0.03,
-    patterned: true,
-    absorbs_model_error: true,
     remembers: true,
     forms: &[
         Form::new("a memory that is less at rest", |told| told.fades_at_rest = true),

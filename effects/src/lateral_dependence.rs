@@ -172,7 +172,6 @@ pub static CARD: Card = Card {
     needs: &[Need::Across],
     follows: Quantity::AcrossPhase,
     coordinate: "lateral tooth phase",
-    patterned: true,
     forms: &[Form::new("products of more orders along and across", |told| told.lateral_mixes = true)],
     on_board: "all orders, as terms of the tooth phases along and across",
     confusable: &[

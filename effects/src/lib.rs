@@ -22,7 +22,6 @@ mod tooth_regressors;
 pub mod unlisted;
 
 pub use effect::{Card, Detection, Effect};
-use effect::{KnownBy, Subsumption};
 pub use inexactness::{inexactness, lacks_along, lacks_in_lines};
 use plant::Draw;
 
@@ -131,14 +130,6 @@ pub fn name_of(detection: Detection) -> &'static str {
     // A test holds that each way but the usual fit has one effect.
     let mut of_it = cards().filter(|card| card.detection == detection);
     of_it.next().map_or("", |card| card.name)
-}
-
-/// Effects that hold what another is found for, and what they hold, known in some way.
-pub fn holding(
-    known_by: impl Fn(KnownBy) -> bool,
-) -> impl Iterator<Item = (&'static Card, &'static Subsumption)> {
-    let all = cards().flat_map(|card| card.subsumes.iter().map(move |subsumes| (card, subsumes)));
-    all.filter(move |(_, subsumes)| known_by(subsumes.known_by))
 }
 
 /// The effects that add something to the readings, in the order of their unknowns; slips, bursts and noise are judged directly.

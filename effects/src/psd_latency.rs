@@ -71,7 +71,6 @@ pub static CARD: Card = Card {
     needs: &[Need::Beacon, Need::Moving],
     follows: Quantity::Speed,
     coordinate: "speed",
-    delays: true,
     confusable: &[
         Confusable { with: "velocity_lag", parted_by: "a delay common to all four segments is the same thing; different ones show in the parity of every fly-by" },
     ],

@@ -143,8 +143,6 @@ pub static CARD: Card = Card {
     transfer: Transfer::ItsOwnTime,
     carries_over: "nothing but what the other recording's own counts show: its course is another one",
     nature: Nature::Flexible,
-    complexity_penalty: 0.10,
-    patterned: true,
     its_own: "its course",
     remark: "its course is another one on each recording; the pair's own counts show it by their amplitude, here and on others. \
 Without them, and on the board, the wander stays",

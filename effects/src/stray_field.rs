@@ -292,8 +292,6 @@ pub static CARD: Card = Card {
     follows: Quantity::PlaceOnPlaten,
     coordinate: "place on the platen and own tooth phase",
     carries_over: "its amounts, over the places that were passed and for the same logged columns",
-    patterned: true,
-    absorbs_model_error: true,
     confusable: &[
         Confusable { with: "gap_variation", parted_by: "both change the error with the place: a gap changes both channels alike and the amplitude at every phase, a field shifts them; raw counts tell" },
         Confusable { with: "quadrature_drift", parted_by: "on one way each place has its own time: the same places passed again at another time tell" },

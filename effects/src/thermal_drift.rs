@@ -224,7 +224,6 @@ pub static CARD: Card = Card {
     follows: Quantity::Temperature,
     coordinate: "temperature",
     carries_over: "its amounts; its bend beyond the temperatures that were measured only where the recording shows that it goes on",
-    complexity_penalty: 0.01,
     forms: &[
         Form { cost: Cost::Few, ..Form::new("mounts that follow the temperature slowly", |told| told.warms_slowly = true) },
         Form::new("offsets, gain and angle of the pairs follow it as well", |told| told.pairs_warm = true),

@@ -251,8 +251,6 @@ pub static CARD: Card = Card {
     coordinate: "place on the platen",
     carries_over: "the teeth that were passed; of others nothing is known",
     nature: Nature::Flexible,
-    complexity_penalty: 0.10,
-    patterned: true,
     rigid: true,
     confusable: &[
         Confusable { with: "lateral_dependence", parted_by: "both are patterns across the teeth: what comes back at other teeth is the segment's; poses over other teeth tell" },

@@ -78,6 +78,7 @@ pub mod sensor_side {
     /// speed, of order 2.
     const WAVES: [usize; 2] = [1, 2];
     /// How much: it completes the effect.
+    /// A prior: less than the effect itself, and more than the noise.
     const WAVES_SIZE_M: f64 = 0.6e-6;
 
     /// Sensor side: a delay of each segment, and a part that grows with the square of speed. Told more fully, a delay that changes over
@@ -121,8 +122,6 @@ pub static CARD: Card = Card {
     needs: &[Need::Moving],
     follows: Quantity::Speed,
     coordinate: "speed",
-    patterned: true,
-    delays: true,
     rigid: true,
     forms: &[Form::new("a delay that changes over a tooth", |told| told.lag_waves = true)],
     on_board: "each segment's delay, and how it changes over a tooth; what grows with the square of speed is left",

@@ -22,6 +22,7 @@ const MOST_ORDERS: f64 = 128.0;
 /// Fewest samples of the highest order's wave. Derived from the sampling theorem, with a factor of four for noise.
 const SAMPLES_A_WAVE: f64 = 8.0;
 /// Parts of the periods that are foretold by the others.
+/// A bound on the work: each is a fit of its own.
 const FOLDS: usize = 3;
 
 /// Normal equations of one part: every stretch's polynomials, then all orders.

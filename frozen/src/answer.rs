@@ -80,7 +80,7 @@ pub fn answer(first: &Recording, second: Option<&Recording>) -> Answer {
             .map(|m| [m.value, m.deviation.unwrap_or(0.0)])
             .collect(),
         name: e.name,
-        weight: e.rivals.own_weight().min(MOST_WEIGHT),
+        weight: e.odds.weight().min(MOST_WEIGHT),
         aliases: e.aliases,
         share: e.share,
         alone_m: e.gap_after_alone_m,

@@ -9,7 +9,7 @@ use crate::given::Given;
 use crate::products::Totals;
 use crate::question::Question;
 use diagnosis::design::excitation::Excitation;
-use diagnosis::selection::limits::{MINIMUM_SQUARES, UNEXPLAINED_SHARE};
+use diagnosis::figures::limits::{MINIMUM_SQUARES, UNEXPLAINED_SHARE};
 use effects::effect::{Card, Nature};
 use effects::sensor::SLOWEST_LINE_HZ;
 use effects::{Detection, card};

@@ -11,6 +11,7 @@ pub(crate) const CLOSURE_TOLERANCE: f64 = 0.006;
 /// What another wiring, or another way to read sine and cosine, leaves is far smaller from this ratio on.
 pub(crate) const CLOSURE_RATIO: f64 = 3.0;
 /// Rows that a relation needs.
+/// Derived from an rms's scatter: of so many it is known to 13 %.
 const FEWEST_ROWS: usize = 30;
 
 /// A hypothesis about the segments.

@@ -43,7 +43,7 @@ pub fn diagnose(
     done(py, "diagnose", move |_| {
         args.check()?;
         let answer = commands::diagnose::answer(&args, &recording, &unwatched);
-        let explained = commands::diagnose::explained(&args, &recording, &answer);
+        let explained = commands::diagnose::explained(&args, &answer);
         let text = commands::diagnose::told(&args, &answer, explained.as_deref());
         let model = answer.model.as_ref().map(commands::diagnose::model_text);
         let page = |command: String| -> anyhow::Result<String> {

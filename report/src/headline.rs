@@ -8,7 +8,7 @@ use diagnosis::verdict::answer::{Diagnosis, Gap, HeldOutChannel, Verdict};
 /// Resolution that a gap is held against where nobody states another, m: that of the sensor in the paper, 0.2 µm.
 pub const RESOLUTION_M: f64 = 0.2e-6;
 /// What is left would be a gap by itself from so many times the simulator's own scatter on, rms.
-const STAYS_VISIBLE: f64 = diagnosis::selection::limits::STAYS_VISIBLE;
+const STAYS_VISIBLE: f64 = diagnosis::figures::limits::STAYS_VISIBLE;
 
 /// What a reader is to take from it at a glance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,8 +9,10 @@ use crate::data::observations::{MINIMUM_SAMPLES, Observations};
 use crate::linearization::recording::{LinearizedRecording, range};
 
 /// A step in time by more than this many sample intervals within a run of even sampling is a jump, not a pause.
+/// A prior: pauses of a log are of some samples, and a clock that is set anew moves by far more.
 const JUMP: f64 = 50.0;
 /// Share of a run's intervals that must be alike for its sampling to count as even.
+/// A prior: of a log that is even some intervals in a hundred are lost or late.
 const EVEN: f64 = 0.95;
 
 /// What a reader should know of the recording, though it can be diagnosed.

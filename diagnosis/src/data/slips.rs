@@ -23,6 +23,7 @@ pub struct Slip {
 const HOLDS: usize = 8;
 
 /// More steps of whole teeth than these are no slips of a count: one turn of a rotary rig against a reference wraps often.
+/// A prior: a counter loses a few teeth in a recording.
 pub(crate) const MOST_STEPS: usize = 6;
 
 /// Finds whole-tooth jumps and takes them out of the positions.

@@ -6,6 +6,7 @@ use crate::data::prepare::Prepared;
 use crate::design::coordinate_basis::coordinate_bases;
 use crate::design::errors_in_variables::ErrorsInVariables;
 use crate::design::gram::{Columns, Gram};
+use crate::design::thinned::thinned;
 use crate::design::unlisted::unlisted;
 use crate::inference::cross_validation::CrossValidation;
 use crate::inference::residuals::Residuals;
@@ -24,6 +25,8 @@ use std::sync::Arc;
 pub struct Options {
     /// Effects taken out of the catalogue.
     pub without: Vec<String>,
+    /// The answer tells the likeliest sets as well. Cost: twenty cross-validations.
+    pub explain: bool,
 }
 
 /// A block of the comparison.
@@ -83,13 +86,6 @@ impl Design<'_> {
             .collect()
     }
 
-    /// Blocks of free shapes.
-    pub fn coordinate_blocks(&self) -> Vec<usize> {
-        (1..self.columns.blocks.len())
-            .filter(|b| !matches!(self.kinds[b - 1], BlockKind::Effect(_)))
-            .collect()
-    }
-
     /// Held-out residuals of the baseline with some blocks.
     pub fn residuals(&self, blocks: &[usize]) -> Residuals {
         let list = self.list(blocks);
@@ -114,24 +110,27 @@ impl Design<'_> {
 
 /// What to look at besides the catalogue and the places.
 #[derive(Clone, Copy, Default)]
-pub struct DesignOptions<'a> {
+pub struct DesignOptions<'o, 'a> {
     /// Residuals of the best model so far, in which lines of the spectrum are looked for.
-    pub line_residuals: Option<&'a Residuals>,
+    pub line_residuals: Option<&'o Residuals>,
     /// Waves over the coordination sensor's deflection are looked for in those residuals as well.
     pub search_deflection_waves: bool,
     /// Basis inputs whose lines and whose phase of free harmonics are kept.
-    pub previous_inputs: Option<&'a BasisInputs>,
+    pub previous_inputs: Option<&'o BasisInputs>,
     /// A field over the platen is judged.
     pub field: bool,
     /// The field is of teeth that are read one at a time.
     pub single_teeth: Option<SingleTeeth>,
     /// Only the blocks named here are compared: a field has hundreds of unknowns.
-    pub only: Option<&'a [String]>,
+    pub only: Option<&'o [String]>,
     /// Finer shapes are laid over the coordinates, and nothing else.
     pub fine_basis: bool,
-    /// Causes that are in no catalogue are compared as well. The rules do not ask for them: they look at products of patterns and at errors
-    /// of the reference after all else (`selection/intermodulation.rs`, `selection/reference.rs`).
+    /// Causes that are in no catalogue compete as well: where it is decided on the answer.
     pub unlisted: bool,
+    /// No more than so many samples are compared, spread over the recording; all where none is told.
+    pub samples: Option<usize>,
+    /// The recording in another comparison: where that is about the same point, it is not linearised again. Cost alone.
+    pub like: Option<&'o LinearizedRecording<'a>>,
 }
 
 /// Builds all columns and their products.
@@ -139,14 +138,22 @@ pub fn assemble<'a>(
     prepared: &'a Prepared,
     options: &Options,
     point: &LinearizationPoint,
-    design_options: DesignOptions,
+    design_options: DesignOptions<'_, 'a>,
 ) -> Design<'a> {
-    let mut linearized = LinearizedRecording::new(
-        &prepared.observations,
-        point.baseline.clone(),
-        prepared.mask.clone(),
-    )
-    .moved(point.baseline.clone(), point.displacement.clone());
+    let LinearizationPoint {
+        baseline,
+        displacement,
+        ..
+    } = point;
+    let mut linearized = match design_options.like {
+        Some(like) if like.is_about(baseline, displacement) => like.anew(prepared.mask.clone()),
+        _ => LinearizedRecording::new(
+            &prepared.observations,
+            baseline.clone(),
+            prepared.mask.clone(),
+        )
+        .moved(baseline.clone(), displacement.clone()),
+    };
     linearized.noise = point.noise.unwrap_or([1.0; READINGS]);
     linearized.take_amplitudes(Arc::clone(&prepared.amplitudes));
     for segment in 0..4 {
@@ -207,6 +214,9 @@ pub fn assemble<'a>(
     }
     if design_options.field {
         crate::design::knots::lay(&mut linearized);
+    }
+    if let Some(most) = design_options.samples {
+        linearized.mask = thinned(&linearized.mask, most);
     }
     let listed = |name: &str| {
         design_options
@@ -295,9 +305,4 @@ fn add(
         columns.push(name, regressors);
         kinds.push(kind);
     }
-}
-
-/// A block's complexity penalty when it competes: shapes and flexible fields give way to causes.
-pub fn complexity_penalty(name: &str) -> f64 {
-    effects::card(name).map_or(0.0, |card| card.complexity_penalty)
 }

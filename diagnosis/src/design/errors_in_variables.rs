@@ -17,10 +17,11 @@ use rayon::prelude::*;
 /// Samples that the mean is taken over. Derived from their scatter: a mean product of 500 is known to 4 %.
 const PRODUCT_SAMPLES: usize = 500;
 /// Samples that are turned into rows at once. Cost alone: the rows of a chunk stay in the processor's cache.
-const CHUNK_SAMPLES: usize = 32;
+const CHUNK_SAMPLES: usize = 64;
 /// Sums that are formed side by side: as many on every machine. Cost alone: their number is fixed so that the last digit is.
 const LANES: usize = 2;
 /// A fit that takes noise away is believed only for what it takes beyond that much again: the allowance is of first order.
+/// A prior: what a first order leaves out may be as much as it is.
 const DOUBT: f64 = 2.0;
 /// Step of the derivatives by a reading, m. Derived from 16 digits: of a place of some centimetres rounding makes 1e-9 of the
 /// derivative, and the bend of order 16 makes 1e-3 at the most of its slope.
@@ -215,7 +216,8 @@ impl Changes {
         }
     }
 
-    /// Adds the products of the columns' changes.
+    /// Adds the products of the columns' changes, reading by reading: most columns follow few of the readings, and a column that a reading does not
+    /// change costs no product.
     fn add_products(
         &self,
         columns: &Columns,
@@ -225,25 +227,23 @@ impl Changes {
         sum: &mut Symmetric,
     ) {
         let extent = Extent::of(self.there.iter().flatten().chain(&self.here));
-        let here: Vec<&Covariates> = self.here.iter().collect();
-        let there: Vec<&Covariates> = self.there.iter().flatten().collect();
-        buffer.begin(there.len());
         let in_use = in_order.iter().take(scale.len()).enumerate();
-        for (place, &c) in in_use {
-            let regressor = &columns.regressors[c];
-            if !regressor.may_act(&extent) {
-                continue;
+        let in_use = in_use.filter(|(_, c)| columns.regressors[**c].may_act(&extent));
+        let here: Vec<&Covariates> = self.here.iter().collect();
+        let before = in_use.map(|(place, &c)| (place, c, by_source(&columns.regressors[c], &here)));
+        let before: Vec<_> = before.collect();
+        for (there, vectors) in self.there.iter().zip(self.vectors.chunks(here.len())) {
+            let there: Vec<&Covariates> = there.iter().collect();
+            buffer.begin(there.len());
+            for (place, c, before) in &before {
+                let after = by_source(&columns.regressors[*c], &there);
+                for ((source, before), (_, after)) in before.iter().zip(after) {
+                    let change = after.iter().zip(before).map(|(b, a)| (b - a) * scale[*c]);
+                    buffer.push(*source, *place, change);
+                }
             }
-            let before = by_source(regressor, &here);
-            let after = by_source(regressor, &there);
-            for ((source, before), (_, after)) in before.into_iter().zip(after) {
-                let before = before.iter().cycle();
-                let change = after.iter().zip(before).map(|(b, a)| (b - a) * scale[c]);
-                buffer.push(source, place, change);
-            }
+            buffer.push(TARGET, scale.len(), there.iter().map(|_| 1.0));
+            buffer.add_products(|i, s, t| product(&vectors[i], [s, t]), sum);
         }
-        buffer.push(TARGET, scale.len(), there.iter().map(|_| 1.0));
-        let product = |i: usize, s: usize, t: usize| product(&self.vectors[i], [s, t]);
-        buffer.add_products(product, sum);
     }
 }

@@ -46,7 +46,7 @@ pub struct Excitation {
     pub paths: Vec<Products>,
 }
 
-/// Beyond this share of full scale the spot is counted as at the diode's edge: a prior.
+/// Beyond this share of full scale the spot is counted as at the diode's edge. A prior: a spot has some width, and the last hundredths cut it off.
 const EDGE: f64 = 0.95;
 /// Time between two motions, s. A prior: an order, its reply, and the board's stream take about as long on the simulated board.
 pub const PAUSE_S: f64 = 0.1;

@@ -30,6 +30,7 @@ const WANDER: usize = 60;
 /// ([`crate::spectra::deflection_waves`]).
 const HALF_WAVES: usize = 18;
 /// Way from the middle over which a pull changes by as much as it is, m.
+/// A prior: what pulls at a courier is fixed some decimetres away.
 const DIFFERS_M: f64 = 0.1;
 /// Samples that tell a range. Cost alone: they tell a range to a thousandth, of longer recordings evenly spread.
 const LOOKED_AT: usize = 2000;

@@ -150,11 +150,12 @@ fn spreads(
             0..regressors.len(),
             samples.iter().copied(),
         );
-        for Sample {
-            rows, covariates, ..
-        } in &group.samples
-        {
-            for &c in &group.acting {
+        // The samples of one column follow one another: its function and its sums stay at hand.
+        for &c in &group.acting {
+            for Sample {
+                rows, covariates, ..
+            } in &group.samples
+            {
                 let response = rows.response(&regressors[c], covariates);
                 for (a, channel) in response.iter().zip(rows.channel).take(rows.count) {
                     if *a != 0.0 {

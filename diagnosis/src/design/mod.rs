@@ -11,5 +11,6 @@ pub mod gram;
 pub mod knots;
 pub(crate) mod nameless;
 pub(crate) mod single_teeth;
+pub mod thinned;
 pub mod training;
 pub mod unlisted;

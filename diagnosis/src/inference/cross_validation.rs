@@ -42,6 +42,7 @@ const IMPLAUSIBLE_PRIOR_DEVIATIONS: f64 = 30.0;
 const TOO_GOOD_SHARE: f64 = 0.3;
 /// Where the baseline leaves no more than this much of the noise, the stated noise is right, and chance bounds what is possible:
 /// so many standard deviations of a sum of squares, and at least this share.
+/// By definition: the square of what is called louder noise.
 const NO_GAP_MEAN_SQUARE: f64 = 1.21;
 /// Standard deviations of a sum of squares by which chance bounds what is possible there. Derived from the normal tail: by chance
 /// once in 740 on this side.

@@ -6,6 +6,7 @@ use effects::sensor::Covariates;
 use std::sync::Arc;
 
 /// Travel after which it slides, m.
+/// A prior: a cable's or a bearing's slack is some millimetres.
 pub const SLACKS_M: [f64; 3] = [1.0e-3, 2.5e-3, 6.0e-3];
 
 /// Pulls on the four segments at each sample, in parts of the largest: -1 to 1 for each of [`SLACKS_M`].

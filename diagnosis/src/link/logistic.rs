@@ -54,7 +54,7 @@ impl Link {
 pub fn state_probabilities(answer: &mut Diagnosis) {
     let stated = answer.effects.iter().map(|effect| {
         let of_class = Link::in_force().probability(&Support::of(effect, answer));
-        of_class / (1.0 + effect.rivals.unlisted)
+        of_class / (1.0 + effect.odds.unlisted)
     });
     let stated: Vec<f64> = stated.collect();
     for (effect, probability) in answer.effects.iter_mut().zip(stated) {
@@ -66,9 +66,9 @@ pub fn state_probabilities(answer: &mut Diagnosis) {
 mod tests {
     use super::*;
     use crate::verdict::answer::{Named, Verdict};
-    use crate::verdict::rivals::Rivals;
+    use crate::verdict::odds::Odds;
 
-    /// More odds against the rivals never make it less probable, nor more that is left more probable.
+    /// Larger odds never make it less probable, nor more that is left more probable.
     #[test]
     fn the_link_in_force_is_monotone() {
         let link = Link::in_force();
@@ -98,9 +98,9 @@ mod tests {
                 verdict: Verdict::Named,
                 effects: vec![Named {
                     name: "extra_harmonics".into(),
-                    rivals: Rivals {
+                    odds: Odds {
                         unlisted,
-                        ..Rivals::default()
+                        ..Odds::default()
                     },
                     ..Named::default()
                 }],

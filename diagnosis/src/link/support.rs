@@ -1,6 +1,6 @@
 //! What speaks for a named effect.
 
-use crate::verdict::answer::{Diagnosis, Named, Verdict};
+use crate::verdict::answer::{Diagnosis, Named};
 use effects::Card;
 
 /// What speaks for a named effect, in numbers that a link takes.
@@ -8,9 +8,10 @@ use effects::Card;
 pub struct Support {
     /// 1 for a flexible shape, as free harmonics are, which stands in for many things; 0 for others.
     pub shape: f64,
-    /// 1 for what is measured and not fitted: slips, bursts and noise. These have no rivals.
+    /// 1 for what is measured and not fitted: slips, bursts and noise. Their odds say nothing.
     pub measured: f64,
-    /// Logarithm of the odds against all rivals that it does not stand for, between 0 and `MOST_LN_ODDS`; 0 for what is measured.
+    /// Logarithm of the posterior's odds that it acts, or one of those that it stands for, between 0 and `MOST_LN_ODDS`; 0 for what is
+    /// measured.
     pub ln_odds: f64,
     /// Logarithm of what it does beyond the others, rms over the floor, between the logarithms of `FLOORS`.
     pub ln_floors: f64,
@@ -82,19 +83,13 @@ impl Support {
         let measured = !effects::has(&effect.name, |card| card.detection.is_fitted());
         let [least, most] = FLOORS;
         let left = (answer.unexplained.share * whole).sqrt();
-        let against = effect.rivals.others
-            + if stands_for_aliases(answer) {
-                0.0
-            } else {
-                effect.rivals.aliases
-            };
         Self {
             shape: f64::from(u8::from(effects::has(&effect.name, Card::is_shape))),
             measured: f64::from(u8::from(measured)),
             ln_odds: if measured {
                 0.0
             } else {
-                (-against.ln()).clamp(0.0, MOST_LN_ODDS)
+                effect.odds.ln_posterior.clamp(0.0, MOST_LN_ODDS)
             },
             ln_floors: floors.clamp(least, most).ln(),
             ln_left: left.min(most).ln_1p(),
@@ -171,12 +166,6 @@ impl Support {
     }
 }
 
-/// True if the names of an answer stand for their aliases as well.
-#[must_use]
-pub fn stands_for_aliases(answer: &Diagnosis) -> bool {
-    answer.verdict == Verdict::Alias
-}
-
 /// Floor of the channels, rms, m.
 fn floor_m(answer: &Diagnosis) -> f64 {
     let floors = answer.held_out.channels.iter().map(|c| c.floor_rms_m);
@@ -187,12 +176,11 @@ fn floor_m(answer: &Diagnosis) -> f64 {
 mod tests {
     use super::*;
     use crate::verdict::answer::{HeldOut, HeldOutChannel, Unexplained};
-    use crate::verdict::rivals::Rivals;
+    use crate::verdict::odds::Odds;
 
     /// An answer of two floors above the noise that names these, with a tenth of it left.
-    fn answer(verdict: Verdict, effects: Vec<Named>) -> Diagnosis {
+    fn answer(effects: Vec<Named>) -> Diagnosis {
         Diagnosis {
-            verdict,
             effects,
             held_out: HeldOut {
                 whitened_before: 5.0_f64.sqrt(),
@@ -214,9 +202,8 @@ mod tests {
         Named {
             name: name.into(),
             share,
-            rivals: Rivals {
-                aliases: 0.5,
-                others: 0.02,
+            odds: Odds {
+                ln_posterior: 3.0,
                 unlisted: 0.0,
             },
             ..Named::default()
@@ -224,21 +211,21 @@ mod tests {
     }
 
     #[test]
-    fn an_alias_stands_for_its_class_and_a_name_for_itself() {
-        let of = |verdict| {
-            let answer = answer(verdict, vec![named("velocity_lag", 0.25)]);
+    fn what_speaks_for_an_effect_is_told_in_bounds() {
+        let of = |share| {
+            let answer = answer(vec![named("velocity_lag", share)]);
             Support::of(&answer.effects[0], &answer)
         };
-        assert!((of(Verdict::Alias).ln_odds + 0.02_f64.ln()).abs() < 1e-12);
-        assert!((of(Verdict::Named).ln_odds + 0.52_f64.ln()).abs() < 1e-12);
+        assert_eq!(of(0.25).ln_odds, 3.0);
         // A quarter of 4 squared floors; a tenth of it.
-        assert!(of(Verdict::Named).ln_floors.abs() < 1e-12);
-        assert!((of(Verdict::Named).ln_left - 0.4_f64.sqrt().ln_1p()).abs() < 1e-12);
+        assert!(of(0.25).ln_floors.abs() < 1e-12);
+        assert!((of(0.25).ln_left - 0.4_f64.sqrt().ln_1p()).abs() < 1e-12);
+        assert_eq!(of(0.0).ln_floors, FLOORS[0].ln());
     }
 
     #[test]
     fn a_table_of_causes_is_read_as_it_was_written() {
-        let answer = answer(Verdict::Named, vec![named("velocity_lag", 0.3)]);
+        let answer = answer(vec![named("velocity_lag", 0.3)]);
         let support = Support::of(&answer.effects[0], &answer);
         let row = |told: &str, is_true| format!("{told},{}", support.cells(is_true));
         let text = format!(
@@ -256,12 +243,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_measured_has_no_rivals() {
+    fn what_is_measured_has_no_odds() {
         let slip = Named {
             total_rms_m: Some(3.0e-6),
             ..named("cycle_slip", 1.0)
         };
-        let answer = answer(Verdict::Named, vec![slip, named("extra_harmonics", 0.0)]);
+        let answer = answer(vec![slip, named("extra_harmonics", 0.0)]);
         let [slip, shape] = [0, 1].map(|k| Support::of(&answer.effects[k], &answer));
         assert_eq!((slip.measured, slip.ln_odds, slip.beside), (1.0, 0.0, 1.0));
         assert!((slip.ln_floors - 3.0_f64.ln()).abs() < 1e-12);

@@ -5,9 +5,9 @@ use super::quieter_noise::quieter_noise;
 use super::trial::Trial;
 use crate::data::prepare::Prepared;
 use crate::design::assembly::{DesignOptions, Options};
+use crate::figures::measured::{Measured, Noise, noise_beneath_nothing};
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::measured::{Measured, Noise, noise_beneath_nothing};
 use crate::trace::log;
 use crate::verdict::answer::Verdict;
 

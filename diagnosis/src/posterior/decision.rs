@@ -48,7 +48,7 @@ pub struct Masses {
 pub struct Inclusion {
     /// Its block; none for louder noise.
     pub block: Option<usize>,
-    /// Probability that it acts, where anything is named.
+    /// Probability that it acts, or one of those that would do in its place, in a set that explains the gap.
     pub probability: f64,
     /// Whitened squares over the noise that it does.
     pub power: f64,
@@ -200,7 +200,7 @@ fn named(
             .filter(|h| h.says == Says::Named && of_it(h));
         let sum: f64 = list.map(|h| (h.log_weight - total).exp()).sum();
         // Rounding may make a little more than one of all of them.
-        (sum / mass.max(f64::MIN_POSITIVE)).min(1.0)
+        sum.min(1.0)
     };
     let set = all[first].set();
     let mut out: Vec<Inclusion> = Vec::new();
@@ -215,13 +215,16 @@ fn named(
         aliases.dedup();
         out.push(Inclusion {
             block: Some(*block),
-            probability: among(&|h| all[h.set].set().contains(block)),
+            probability: among(&|h| {
+                let set = all[h.set].set();
+                set.contains(block) || aliases.iter().any(|b| set.contains(b))
+            }),
             power: *power,
             aliases,
         });
     }
     let noise = among(&|h| h.noise);
-    if noise > 0.5 {
+    if noise > 0.5 * mass {
         let left = &all[first].left;
         let excess = all[first].noise.log_variance.exp_m1().max(0.0);
         let power = excess * left.degrees * (-left.log_noise).exp();

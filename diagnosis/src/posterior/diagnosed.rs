@@ -6,21 +6,21 @@ use super::explained::Row;
 use super::field::{by_field, lies_over_the_platen};
 use super::fuller::{self, Fuller};
 use super::look::{Look, compared, design, likelier, look};
-use super::trial::{Trial, has_knots};
+use super::trial::{SAMPLES, Trial, has_knots};
 use super::unlogged::with_unlogged_causes;
 use super::weighing::Effect;
-use crate::Insufficient;
-use crate::data::prepare::{Prepared, prepare};
+use crate::data::prepare::Prepared;
 use crate::design::assembly::{Design, DesignOptions, Options};
+use crate::design::thinned::thinned;
+use crate::figures::far_forms::far_forms;
+use crate::figures::measured::Measured;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::far_forms::far_forms;
-use crate::selection::measured::Measured;
+use crate::progress::{Stage, Watch};
 use crate::trace::log;
 use crate::verdict::answer::Verdict;
 use effects::Detection;
 use effects::sensor::BasisInputs;
-use recording::Recording;
 
 /// Times that all is compared about what was found, as long as that finds something else. A bound on the work: the likeliest
 /// comparison is told where it has not come to the same twice.
@@ -59,21 +59,6 @@ pub struct Answer {
     pub rounds: usize,
 }
 
-/// Decides on a recording. With `explain` the answer holds the likeliest sets. Cost of that: twenty cross-validations.
-///
-/// # Errors
-/// [`Insufficient`] where it cannot answer.
-pub fn diagnosed(
-    recording: &Recording,
-    options: &Options,
-    explain: bool,
-) -> Result<Answer, Insufficient> {
-    let prepared = prepare(recording)?;
-    Ok(decided(prepared, options, explain, |_, decided| {
-        decided.answer
-    }))
-}
-
 /// A recording that was decided on: all columns, linearised about what was found, and the answer.
 pub(crate) struct Decided<'a> {
     /// All columns, linearised about what was found.
@@ -88,23 +73,31 @@ pub(crate) struct Decided<'a> {
 pub(crate) fn decided<T>(
     mut prepared: Prepared,
     options: &Options,
-    explain: bool,
+    watch: Watch,
     then: impl FnOnce(&Prepared, Decided) -> T,
 ) -> T {
+    watch(Stage::Compare);
     let (mut first, mut seen) = first_look(&prepared, options);
     if let Some(mask) = seen.mask.take() {
         drop(first);
         prepared.use_only(mask);
         (first, seen) = first_look(&prepared, options);
     }
+    watch(Stage::Noise);
     (first, seen) = by_quieter_noise(&prepared, options, first, seen);
     (first, seen) = by_noise(&prepared, options, first, seen);
-    let (here, seen, rounds) = settled(&prepared, options, first, seen);
-    let sets = if explain {
+    let (here, seen, rounds) = settled(&prepared, options, watch, first, seen);
+    let sets = if options.explain {
         here.weighing.explained(&here.design)
     } else {
         Vec::new()
     };
+    if crate::trace::tracing() {
+        here.weighing
+            .explained(&here.design)
+            .iter()
+            .for_each(|row| log(&row.cells().join("  ")));
+    }
     let answer = answer(&prepared, options, &here, &seen, rounds);
     let answer = Answer { sets, ..answer };
     let Look { design, fitted, .. } = here;
@@ -141,9 +134,11 @@ fn first_look<'a>(prepared: &'a Prepared, options: &'a Options) -> (Look<'a>, Me
 fn settled<'a>(
     prepared: &'a Prepared,
     options: &'a Options,
+    watch: Watch,
     mut here: Look<'a>,
     mut seen: Measured,
 ) -> (Look<'a>, Measured, usize) {
+    watch(Stage::Relinearize);
     let mut point = prepared.point();
     point.noise = here.noise();
     if lies_over_the_platen(&here, &seen) {
@@ -159,7 +154,10 @@ fn settled<'a>(
         let told = by_noise_alone || here.codes_explain_it(&seen).is_some();
         // Lines are looked for in what a fit leaves, and may be what was taken for noise before.
         let before_lines = count == 1 && here.is_louder();
-        if decision.verdict == Verdict::NoGap && !before_lines || told {
+        // To first order nothing is left: about the effect's own places there would be no more to find.
+        let first_order_is_enough = count == 1 && here.weighing.one_leaves_nothing();
+        let done = told || first_order_is_enough;
+        if decision.verdict == Verdict::NoGap && !before_lines || done {
             break;
         }
         if count > ROUNDS {
@@ -190,6 +188,7 @@ fn settled<'a>(
         return (here, seen, count);
     }
     let verdict = here.weighing.decide(seen.white).verdict;
+    watch(Stage::Fuller);
     // Of what is not worth a name no more is asked.
     if verdict == Verdict::Unknown || found && verdict != Verdict::NoGap {
         if !here.holds_a_field() {
@@ -198,6 +197,7 @@ fn settled<'a>(
         here = told_more(prepared, options, here);
         (here, seen) = here.measured(prepared, options);
         if !here.weighing.one_leaves_nothing() {
+            watch(Stage::Modes);
             (here, seen) = about_another_mode(prepared, options, here, seen);
         }
         // About places that are off by an effect of which more was told, that effect leaves a part of itself.
@@ -266,18 +266,22 @@ fn about_another_mode<'a>(
 
 /// The point, among those that other sets lead to when they are fitted about themselves, about which the blocks that count are the likeliest;
 /// none where they are likelier about the best set's.
-fn likeliest_mode(
-    prepared: &Prepared,
+fn likeliest_mode<'a>(
+    prepared: &'a Prepared,
     options: &Options,
-    here: &Look,
-    told: &DesignOptions,
+    here: &Look<'a>,
+    told: &DesignOptions<'_, 'a>,
 ) -> Option<LinearizationPoint> {
     let around = here.point();
     let trial = Trial::of(prepared, options, &around, here);
+    // A point is where all is compared; fewer samples tell it well enough.
+    let whole = &here.design.linearized;
+    let mut fewer = whole.moved(whole.baseline.clone(), whole.displacement.clone());
+    fewer.mask = thinned(&fewer.mask, SAMPLES);
     let modes = here.weighing.rivals(MODES).into_iter().map(|names| {
         let point = LinearizationPoint {
             noise: here.noise(),
-            ..here.fit_of(&names).point
+            ..RelinearizedFit::new(&fewer, here.point(), &names).point
         };
         (trial.log_evidence(&point, *told), point)
     });
@@ -319,6 +323,7 @@ fn fuller_than<'a>(
         let told = DesignOptions {
             previous_inputs: Some(&inputs),
             field: has_knots(&inputs),
+            like: Some(&here.design.linearized),
             ..DesignOptions::default()
         };
         log(&way.tells());

@@ -7,9 +7,9 @@ use crate::data::one_way::is_one_way;
 use crate::data::prepare::Prepared;
 use crate::design::assembly::{Design, DesignOptions, Options};
 use crate::design::single_teeth::single_teeth;
+use crate::figures::limits::FIELD_COORDINATES;
+use crate::figures::measured::Measured;
 use crate::linearization::point::LinearizationPoint;
-use crate::selection::limits::FIELD_COORDINATES;
-use crate::selection::measured::Measured;
 use crate::trace::log;
 use effects::sensor::SingleTeeth;
 
@@ -44,6 +44,7 @@ pub(super) fn by_field<'a>(
         let told = DesignOptions {
             previous_inputs: Some(&inputs),
             field: true,
+            like: Some(&here.design.linearized),
             single_teeth,
             ..DesignOptions::default()
         };

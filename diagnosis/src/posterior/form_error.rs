@@ -10,6 +10,7 @@ use super::weighing::Weighing;
 use crate::Insufficient;
 use crate::data::prepare::{Prepared, prepare};
 use crate::design::assembly::{Design, DesignOptions, Options};
+use crate::progress::unwatched;
 use recording::Recording;
 
 /// What an effect alone makes of a recording. Squares are whitened, over the noise.
@@ -59,8 +60,9 @@ pub fn form_error(recording: &Recording, effect: &str) -> Result<Option<FormErro
             .filter(|other| *other != effect)
             .map(String::from)
             .collect(),
+        ..Options::default()
     };
-    Ok(decided(prepared, &alone, false, |prepared, found| {
+    Ok(decided(prepared, &alone, &unwatched, |prepared, found| {
         (found.answer.explained > 0.0).then(|| FormError {
             explained: found.answer.explained,
             left: found.answer.excess,

@@ -1,7 +1,7 @@
 //! What may be told more of the effects that were found: fuller forms, and what of another effect is one's own.
 
+use crate::figures::intermodulation::are_the_gaps_own;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::intermodulation::are_the_gaps_own;
 use effects::Card;
 use effects::effect::{Form, KnownBy, Subsumption};
 use effects::identity::Identity;
@@ -16,7 +16,7 @@ pub enum Fuller {
     Subsumes(&'static Card, &'static Subsumption, fn(&mut BasisInputs)),
     /// A fuller form of an effect.
     Form(&'static Card, &'static Form),
-    /// One that the rules look for by itself as well.
+    /// What is looked for once the effect was found.
     Searched(&'static Card, fn(&mut BasisInputs)),
 }
 

@@ -9,10 +9,10 @@ use super::weighed::Weighed;
 use std::collections::BTreeSet;
 
 /// Noise that is louder than stated by less than this in rms is no gap.
-const VISIBLE: f64 = crate::selection::limits::VISIBLE_GAP_RATIO;
+const VISIBLE: f64 = crate::figures::limits::VISIBLE_GAP_RATIO;
 
-/// A set of effects does not explain a gap of which shapes hold more than this share. By definition, as for the rules.
-const UNEXPLAINED_SHARE: f64 = crate::selection::limits::UNEXPLAINED_SHARE;
+/// A set of effects does not explain a gap of which shapes hold more than this share. By definition.
+const UNEXPLAINED_SHARE: f64 = crate::figures::limits::UNEXPLAINED_SHARE;
 
 /// What a hypothesis says of the gap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

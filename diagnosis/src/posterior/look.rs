@@ -4,11 +4,11 @@ use super::prior;
 use super::weighing::Weighing;
 use crate::data::prepare::Prepared;
 use crate::design::assembly::{Design, DesignOptions, Options, assemble};
+use crate::figures::limits::VISIBLE_GAP_RATIO;
+use crate::figures::measured::{Measured, measured};
 use crate::inference::residuals::Residuals;
 use crate::linearization::point::LinearizationPoint;
 use crate::linearization::relinearized::RelinearizedFit;
-use crate::selection::limits::VISIBLE_GAP_RATIO;
-use crate::selection::measured::{Measured, measured};
 use effects::Detection;
 use effects::sensor::READINGS;
 
@@ -48,7 +48,7 @@ pub(super) fn look<'a>(
     prepared: &'a Prepared,
     options: &Options,
     point: &LinearizationPoint,
-    design_options: DesignOptions,
+    design_options: DesignOptions<'_, 'a>,
 ) -> Look<'a> {
     Look::of(design(prepared, options, point, design_options))
 }
@@ -58,7 +58,7 @@ pub(super) fn design<'a>(
     prepared: &'a Prepared,
     options: &Options,
     point: &LinearizationPoint,
-    design_options: DesignOptions,
+    design_options: DesignOptions<'_, 'a>,
 ) -> Design<'a> {
     let with_unlisted = DesignOptions {
         unlisted: true,
@@ -160,9 +160,10 @@ impl<'a> Look<'a> {
     }
 
     /// What is told of the effects in another comparison like this one.
-    pub(super) fn told(&self) -> DesignOptions<'_> {
+    pub(super) fn told(&self) -> DesignOptions<'_, 'a> {
         DesignOptions {
             previous_inputs: Some(&self.design.linearized.inputs),
+            like: Some(&self.design.linearized),
             field: self.holds_a_field(),
             ..DesignOptions::default()
         }

@@ -7,6 +7,9 @@ use crate::linearization::point::LinearizationPoint;
 use crate::trace::log;
 use effects::sensor::BasisInputs;
 
+/// Samples of a trial. A bound on the work: a change that these do not show to be the likelier is not compared by all.
+pub(super) const SAMPLES: usize = 4000;
+
 /// A comparison among those blocks alone that count in a whole one, and what is changed in it by way of trial. All columns together are most of
 /// the work: only what makes it likelier among these is then compared with all others.
 pub(super) struct Trial<'s, 'a> {
@@ -29,8 +32,10 @@ impl<'s, 'a> Trial<'s, 'a> {
         let names: Vec<String> = whole.weighing.counting().into_iter().collect();
         let told = DesignOptions {
             previous_inputs: Some(inputs),
+            like: Some(&whole.design.linearized),
             field: has_knots(inputs),
             only: Some(&names),
+            samples: Some(SAMPLES),
             ..DesignOptions::default()
         };
         let here = look(prepared, options, point, told);
@@ -47,7 +52,7 @@ impl<'s, 'a> Trial<'s, 'a> {
     pub(super) fn is_likelier(
         &self,
         point: &LinearizationPoint,
-        told: DesignOptions,
+        told: DesignOptions<'_, 'a>,
         log_evidence: impl Fn(&Look<'a>) -> f64,
     ) -> bool {
         log_evidence(&self.with(point, told)) > log_evidence(&self.here)
@@ -59,20 +64,30 @@ impl<'s, 'a> Trial<'s, 'a> {
     }
 
     /// The same about another point, with more told.
-    pub(super) fn log_evidence(&self, point: &LinearizationPoint, told: DesignOptions) -> f64 {
+    pub(super) fn log_evidence(
+        &self,
+        point: &LinearizationPoint,
+        told: DesignOptions<'_, 'a>,
+    ) -> f64 {
         self.with(point, told).log_evidence()
     }
 
     /// True if it is preferred with more told of the effects.
-    pub(super) fn is_preferred(&self, point: &LinearizationPoint, told: DesignOptions) -> bool {
+    pub(super) fn is_preferred(
+        &self,
+        point: &LinearizationPoint,
+        told: DesignOptions<'_, 'a>,
+    ) -> bool {
         self.with(point, told).is_preferred_to(&self.here)
     }
 
     /// The comparison among the same blocks about a point, with more told.
-    fn with(&self, point: &LinearizationPoint, told: DesignOptions) -> Look<'a> {
+    fn with(&self, point: &LinearizationPoint, told: DesignOptions<'_, 'a>) -> Look<'a> {
         let told = DesignOptions {
             previous_inputs: Some(told.previous_inputs.unwrap_or(self.inputs)),
+            like: Some(&self.here.design.linearized),
             only: Some(&self.names),
+            samples: Some(SAMPLES),
             ..told
         };
         let with = look(self.prepared, self.options, point, told);

@@ -27,7 +27,7 @@ use std::collections::{BTreeSet, HashMap};
 pub struct Effect {
     /// Its name.
     pub name: String,
-    /// Probability that it acts.
+    /// Probability that it acts, or one of those that would do in its place, in a set that explains the gap.
     pub probability: f64,
     /// Whitened squares over the noise that it does; none where it is not fitted.
     pub power: Option<f64>,

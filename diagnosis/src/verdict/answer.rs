@@ -1,7 +1,7 @@
 //! What the diagnosis answers, as it is written in JSON.
 
 use crate::data::faint::WithoutSignal;
-use crate::verdict::rivals::Rivals;
+use crate::verdict::odds::Odds;
 use plausibility::{Finding, Fitted};
 use serde::{Deserialize, Serialize};
 
@@ -108,9 +108,9 @@ pub struct Named {
     pub share: f64,
     /// Largest channel's held-out rms with this effect alone, m.
     pub gap_after_alone_m: f64,
-    /// Odds of its rivals against it, of which its probability is made. Not written.
+    /// What its probability is made of. Not written.
     #[serde(skip)]
-    pub rivals: Rivals,
+    pub odds: Odds,
 }
 
 /// One amount.

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 /// Claims are right within this share. By definition that which `courier blind` judges by as well.
 pub const WITHIN: f64 = 0.10;
-/// More likely than not. By definition a half.
+/// More likely than not. By definition of likely: a half.
 const LIKELY: f64 = 0.5;
 
 /// The claim beside what came.

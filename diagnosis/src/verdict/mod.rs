@@ -3,4 +3,4 @@
 pub mod answer;
 pub mod confirmation;
 pub mod evidence;
-pub mod rivals;
+pub mod odds;

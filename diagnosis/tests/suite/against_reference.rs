@@ -1,29 +1,16 @@
 //! What segments show against a reference, of couriers and motions that are drawn.
 
 use crate::confusion::names;
-use diagnosis::selection::by_posterior::diagnose_by_posterior;
-use diagnosis::{Diagnosis, Options, diagnose};
-use recording::Recording;
+use diagnosis::{Options, diagnose};
 use specimens::{Case, Conditions};
 
-/// Answers by the rules and by the posterior.
-fn answers(recording: &Recording) -> [Diagnosis; 2] {
-    let options = Options::default();
-    let (by_posterior, _) = diagnose_by_posterior(recording, "drawn", &options, false);
-    [
-        diagnose(recording, "drawn", &options),
-        by_posterior.diagnosis,
-    ]
-}
-
-/// Both answers name this, and leave nothing else; `doubted` where they doubt the reference.
+/// The answer names this, and leaves nothing else; `doubted` where it doubts the reference.
 fn assert_named(case: &Case, wanted: &str, doubted: bool) {
-    for d in answers(&case.recorded(0)) {
-        assert_eq!(names(&d), [wanted], "{:?}", d.verdict);
-        assert!(d.held_out.whitened_after < 1.1, "{:?}", d.held_out);
-        let doubt = |note: &String| note.contains("the reference's own");
-        assert_eq!(d.notes.iter().any(doubt), doubted, "{:?}", d.notes);
-    }
+    let d = diagnose(&case.recorded(0), "drawn", &Options::default());
+    assert_eq!(names(&d), [wanted], "{:?}", d.verdict);
+    assert!(d.held_out.whitened_after < 1.1, "{:?}", d.held_out);
+    let doubt = |note: &String| note.contains("the reference's own");
+    assert_eq!(d.notes.iter().any(doubt), doubted, "{:?}", d.notes);
 }
 
 /// Four segments over 60 mm, on rulings of which one is turned and the other's pitch is too small. Under a beacon only the difference of the pitches

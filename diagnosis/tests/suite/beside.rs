@@ -1,6 +1,5 @@
 //! Two effects at once, one of which hides the other or stands in for it.
 
-use diagnosis::selection::by_posterior::diagnose_by_posterior;
 use diagnosis::{Model, Options, check, diagnose_fully};
 use specimens::{Case, Conditions, Drawn, Kind};
 
@@ -82,6 +81,7 @@ pub fn direction_beside_noise() -> Case {
 }
 
 #[test]
+#[ignore = "nightly: a minute"]
 fn a_direction_beside_noise_that_hides_its_size_is_named() {
     both_named(&direction_beside_noise());
 }
@@ -108,6 +108,7 @@ fn a_delay_beside_a_field_is_named() {
 
 /// What leaves less to first order may stray where it is fitted about itself: the fit before it stays.
 #[test]
+#[ignore = "nightly: half a minute to two"]
 fn a_fit_that_strays_is_not_taken_over() {
     both_named(&pair(
         3_330_393_778_900_810,
@@ -128,21 +129,11 @@ fn harmonics_that_close_a_change_with_the_angle_are_named() {
     ));
 }
 
-/// Forty-five micrometres across the teeth, which to first order hide four fifths of what rulings that are askew do beside them.
+/// Forty-five micrometres across the teeth, which to first order hide four fifths of what rulings that are askew do beside them. About its own mode
+/// the pair is the likelier, and not about that of the waves and hysteresis.
 #[test]
 fn rulings_askew_beside_great_waves_across_are_named() {
     both_named(&rulings_askew_beside_waves());
-}
-
-/// By the posterior as well: about its own mode the pair is the likelier, and not about that of the waves and hysteresis.
-#[test]
-#[ignore = "nightly: ten seconds"]
-fn rulings_askew_beside_great_waves_across_are_named_by_the_posterior() {
-    let recording = rulings_askew_beside_waves().recorded(0);
-    let (answer, _) = diagnose_by_posterior(&recording, "first", &Options::default(), false);
-    let mut named: Vec<&str> = answer.diagnosis.effects.iter().map(|e| &*e.name).collect();
-    named.sort_unstable();
-    assert_eq!(named, ["axis_skew", "lateral_dependence"]);
 }
 
 fn rulings_askew_beside_waves() -> Case {

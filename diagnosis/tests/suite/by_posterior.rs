@@ -8,9 +8,8 @@ use crate::rings::{Ring, named, recorded};
 use crate::shared::shared;
 use crate::whole::gap_with_thirds;
 use diagnosis::posterior::form_error::form_error;
-use diagnosis::selection::by_posterior::diagnose_by_posterior;
 use diagnosis::verdict::answer::Verdict;
-use diagnosis::{Options, check};
+use diagnosis::{Options, check, diagnose_fully};
 use recording::Recording;
 use specimens::rig;
 
@@ -35,8 +34,8 @@ fn recordings(seed: u64, effect: &str) -> [Recording; 2] {
 #[test]
 fn what_is_named_has_a_model_that_holds_elsewhere() {
     let [first, second] = recordings(71, "angle_dependence");
-    let (answer, decision) = diagnose_by_posterior(&first, "first", &Options::default(), false);
-    assert_eq!(decision.expect("an answer").verdict, Verdict::Named);
+    let answer = diagnose_fully(&first, "first", &Options::default());
+    assert_eq!(answer.diagnosis.verdict, Verdict::Named);
     let [named] = &answer.diagnosis.effects[..] else {
         panic!("{:?}", answer.diagnosis.effects)
     };
@@ -52,7 +51,7 @@ fn what_is_named_has_a_model_that_holds_elsewhere() {
 #[test]
 fn what_is_claimed_beside_louder_noise_is_found_elsewhere() {
     let [first, second] = recordings(74, "excess_noise");
-    let (answer, _) = diagnose_by_posterior(&first, "first", &Options::default(), false);
+    let answer = diagnose_fully(&first, "first", &Options::default());
     let [named] = &answer.diagnosis.effects[..] else {
         panic!("{:?}", answer.diagnosis.effects)
     };
@@ -73,7 +72,7 @@ fn what_is_claimed_beside_louder_noise_is_found_elsewhere() {
 fn a_hum_is_no_noise() {
     for seed in [72, 73] {
         let [first, _] = recordings(seed, "line_pickup");
-        let (answer, _) = diagnose_by_posterior(&first, "first", &Options::default(), false);
+        let answer = diagnose_fully(&first, "first", &Options::default());
         assert_eq!(answer.diagnosis.verdict, Verdict::Unknown);
         assert_eq!(answer.diagnosis.place[0].coordinate, "frequency");
         assert!(answer.diagnosis.effects.is_empty());
@@ -98,7 +97,7 @@ fn a_real_diode_whose_noise_is_stated_too_loud_is_named() {
     let Some(recording) = shared("quadrant-diode-aug28") else {
         return;
     };
-    let (answer, _) = diagnose_by_posterior(&recording, "diode", &Options::default(), false);
+    let answer = diagnose_fully(&recording, "diode", &Options::default());
     assert_eq!(answer.diagnosis.verdict, Verdict::Named);
     let mut effects = answer.diagnosis.effects.iter();
     assert!(effects.any(|effect| effect.name == "psd_nonlinearity"));
@@ -119,7 +118,7 @@ fn noise_that_is_stated_too_loud_hides_nothing() {
         recording
     };
     let slow = stated_too_loud(&[("velocity_lag", 5.0e-8)]);
-    let (answer, _) = diagnose_by_posterior(&slow, "slow", &Options::default(), false);
+    let answer = diagnose_fully(&slow, "slow", &Options::default());
     let named: Vec<&str> = answer
         .diagnosis
         .effects
@@ -129,8 +128,7 @@ fn noise_that_is_stated_too_loud_hides_nothing() {
     assert_eq!(named, ["velocity_lag"]);
     let held_out = &answer.diagnosis.held_out;
     assert!(held_out.whitened_before < 1.0 && held_out.whitened_after < held_out.whitened_before);
-    let (answer, _) =
-        diagnose_by_posterior(&stated_too_loud(&[]), "none", &Options::default(), false);
+    let answer = diagnose_fully(&stated_too_loud(&[]), "none", &Options::default());
     assert_eq!(answer.diagnosis.verdict, Verdict::NoGap);
 }
 
@@ -161,7 +159,7 @@ fn fewer_effects_that_do_the_same_are_told() {
 }
 
 fn names(recording: &Recording) -> Vec<String> {
-    let (answer, _) = diagnose_by_posterior(recording, "first", &Options::default(), false);
+    let answer = diagnose_fully(recording, "first", &Options::default());
     let effects = answer.diagnosis.effects.iter();
     let mut names: Vec<String> = effects.map(|e| e.name.clone()).collect();
     names.sort_unstable();
@@ -210,7 +208,7 @@ fn what_bends_the_figure_is_a_clip() {
 #[ignore = "nightly: a quarter of a minute"]
 fn a_gap_holds_what_equation_3_lacks() {
     let [first, _] = gap_with_thirds();
-    let (answer, _) = diagnose_by_posterior(&first, "first", &Options::default(), false);
+    let answer = diagnose_fully(&first, "first", &Options::default());
     let left = answer.diagnosis.held_out.whitened_after;
     assert_eq!(answer.diagnosis.effects[0].name, "gap_variation");
     assert!(left < 1.1, "{left}");
@@ -221,7 +219,7 @@ fn a_gap_holds_what_equation_3_lacks() {
 fn a_ring_at_one_speed_is_named() {
     let ring = Ring::draw(1, 0.01, 0.03);
     let recording = recorded(&ring, 1, 3.4, false);
-    let (answer, _) = diagnose_by_posterior(&recording, "ring", &Options::default(), false);
+    let answer = diagnose_fully(&recording, "ring", &Options::default());
     named(&answer.diagnosis);
 }
 
@@ -233,7 +231,7 @@ fn what_follows_the_speed_is_put_down_to_no_wander() {
         ..one_segment()
     };
     let (recording, _) = rig::record_as(81, 81, &[("speed_harmonics", 3.0e-6)], &options);
-    let (answer, _) = diagnose_by_posterior(&recording, "speed", &Options::default(), false);
+    let answer = diagnose_fully(&recording, "speed", &Options::default());
     assert_eq!(answer.diagnosis.verdict, Verdict::Unknown);
     let place = &answer.diagnosis.place[0].coordinate;
     assert!(place.starts_with("speed"), "{place}");

@@ -3,7 +3,7 @@ use specimens::rig;
 
 use diagnosis::Options;
 use diagnosis::data::prepare::{Prepared, prepare};
-use diagnosis::design::assembly::{DesignOptions, assemble};
+use diagnosis::design::assembly::{Design, DesignOptions, assemble};
 use diagnosis::hypothesis::Hypothesis;
 use diagnosis::linearization::relinearized::{Data, RelinearizedFit, fit};
 use std::collections::BTreeMap;
@@ -76,4 +76,40 @@ fn the_order_of_effects_does_not_matter() {
     let most = off.fold(0.0, f64::max);
     assert!(most < TOLERANCE, "{most}");
     assert!(one.values().any(|value| value.abs() > 0.1));
+}
+
+/// A comparison about the same point as another takes its recording over instead of linearising it again, whatever was told of that one: the same
+/// columns come of it, to the last bit.
+#[test]
+fn what_is_taken_over_from_another_comparison_is_what_was_linearised() {
+    let prepared = prepared();
+    let mut point = fitted(&prepared, &["velocity_lag", "hysteresis"]).point;
+    point.noise = None;
+    let options = Options::default();
+    let of = |design_options| assemble(&prepared, &options, &point, design_options);
+    let anew = of(DesignOptions::default());
+    let mut told = anew.linearized.inputs.clone();
+    told.segment_lines_hz = [50.0].into();
+    told.gap_told = true;
+    let other = of(DesignOptions {
+        previous_inputs: Some(&told),
+        samples: Some(500),
+        field: true,
+        ..DesignOptions::default()
+    });
+    let over = of(DesignOptions {
+        like: Some(&other.linearized),
+        ..DesignOptions::default()
+    });
+    assert!(other.gram.total_rows() < anew.gram.total_rows() / 2);
+    assert_eq!(over.gram.total_rows(), anew.gram.total_rows());
+    assert_eq!(over.gram.scale, anew.gram.scale);
+    let scores = |design: &Design| {
+        let mut validation = design.cross_validation();
+        let blocks = 0..design.columns.blocks.len();
+        blocks
+            .map(|b| validation.score(&[b]).squares.to_bits())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(scores(&over), scores(&anew));
 }

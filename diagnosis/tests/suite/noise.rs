@@ -1,8 +1,7 @@
 //! What is noise, what is none though it is as rough, and what is seen beneath noise.
 
 use crate::confusion::{four_segments, names, pair, sorted};
-use diagnosis::selection::by_posterior::diagnose_by_posterior;
-use diagnosis::{Options, Verdict, diagnose};
+use diagnosis::{Options, Verdict, diagnose, diagnose_fully};
 use recording::{Recording, Samples};
 use specimens::rig;
 
@@ -37,7 +36,7 @@ fn bursts_too_small_to_stand_out_are_no_noise() {
     let d = diagnose(&recording, "rig", &Options::default());
     assert_eq!(names(&d), ["outlier_bursts"], "{:?}", d.verdict);
     assert!(d.held_out.whitened_after > 1.1, "{:?}", d.held_out);
-    let (answer, _) = diagnose_by_posterior(&recording, "rig", &Options::default(), false);
+    let answer = diagnose_fully(&recording, "rig", &Options::default());
     assert_eq!(names(&answer.diagnosis), ["outlier_bursts"]);
 }
 
@@ -97,17 +96,9 @@ fn lag_beneath_noise() -> Recording {
     pair(4_036_594_875_922_131, effects).recorded(0)
 }
 
+/// The noise is measured anew, by the stated one, each time that something else is found beside it.
 #[test]
 fn what_heavy_noise_hides_is_named_beside_it() {
     let d = diagnose(&lag_beneath_noise(), "two", &Options::default());
     assert_eq!(sorted(&d), ["excess_noise", "velocity_lag"]);
-}
-
-/// The noise is measured anew, by the stated one, each time that something else is found beside it.
-#[test]
-#[ignore = "nightly: half a minute"]
-fn what_heavy_noise_hides_is_named_by_the_posterior() {
-    let recording = lag_beneath_noise();
-    let (answer, _) = diagnose_by_posterior(&recording, "two", &Options::default(), false);
-    assert_eq!(sorted(&answer.diagnosis), ["excess_noise", "velocity_lag"]);
 }

@@ -10,7 +10,6 @@ use crate::recordings;
 use crate::terminal::{begin, micrometres, one_line, stages, table, warn};
 use anyhow::{Result, bail, ensure};
 use report::headline::{RESOLUTION_M, headline};
-use diagnosis::posterior::diagnosed::diagnosed;
 use diagnosis::progress::Stage;
 use diagnosis::verdict::answer::{Magnitude, Named};
 use diagnosis::{Answer, Diagnosis, Model, Options, Verdict, diagnose_watched};
@@ -57,7 +56,7 @@ pub struct Args {
     /// Take an effect out of the catalogue; may be given several times.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
-    /// Add the twenty likeliest sets of effects with their evidence, and why each is not the first. Takes from seconds to minutes.
+    /// Add the twenty likeliest sets of effects with their evidence, and why each is not the first, below the steps of the decision. Takes twenty further fits.
     #[arg(long, conflicts_with = "to")]
     explain: bool,
 }
@@ -104,10 +103,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let answer = answer(args, &recording, &|stage: Stage| {
         begin(&bar, stage.what(), stage.begins_at())
     });
-    if args.explain {
-        begin(&bar, "weighing sets of effects", 0.0);
-    }
-    let explained = explained(args, &recording, &answer);
+    let explained = explained(args, &answer);
     bar.finish_and_clear();
     match (&args.model, &answer.model) {
         (Some(path), Some(model)) => output::write(path, kinds::MODEL, model_text(model)?.as_bytes())?,
@@ -174,6 +170,7 @@ impl Args {
     fn options(&self) -> Options {
         Options {
             without: self.without.clone(),
+            explain: self.explain,
         }
     }
 
@@ -203,12 +200,11 @@ fn processors() -> usize {
 }
 
 /// The likeliest sets of effects as text, where they were asked for. What cannot be answered has none, and its verdict says why.
-pub fn explained(args: &Args, recording: &Recording, answer: &Answer) -> Option<String> {
-    if !args.explain || answer.diagnosis.verdict == Verdict::InsufficientData {
-        return None;
-    }
-    let weighed = diagnosed(recording, &args.options(), true);
-    weighed.ok().map(|weighed| diagnose_explained::text(&weighed))
+pub fn explained(args: &Args, answer: &Answer) -> Option<String> {
+    let decision = answer.decision.as_ref().filter(|_| args.explain);
+    decision
+        .filter(|_| answer.diagnosis.verdict != Verdict::InsufficientData)
+        .map(diagnose_explained::text)
 }
 
 /// The whole text of an answer.

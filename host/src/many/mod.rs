@@ -214,6 +214,7 @@ fn diagnosed(
 fn answered(order: &Order, recording: &Recording, path: &str) -> Result<Option<Diagnosis>> {
     let options = Options {
         without: order.without.clone(),
+        explain: false,
     };
     // One processor a recording: what a diagnosis does side by side within itself would wait for others.
     let alone = rayon::ThreadPoolBuilder::new()

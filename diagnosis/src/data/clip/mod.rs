@@ -63,7 +63,11 @@ pub fn beneath(
 /// 16,000 that stands there is beyond.
 const AT_CORNER: f64 = 4.0;
 
-/// Samples at which both channels of a pair stand at hard rails. Rails below the amplitude over the root of two leave such corners: all
+/// Share of a rail to which the corners tell it. A prior: poses fall unevenly over the turn, which moves the share of readings at the corners, and
+/// the rail that it tells, by some hundredths.
+const RAIL_KNOWN_TO: f64 = 0.05;
+
+/// Samples at which both channels of a pair stand at hard rails, or as near to them as these are known. Rails below the amplitude over the root of two leave such corners: all
 /// phases between the two rails read alike, and nothing tells them apart.
 #[must_use]
 pub fn stuck(observations: &Observations, clips: &[Option<Clip>; 4]) -> Vec<bool> {
@@ -79,7 +83,9 @@ pub fn stuck(observations: &Observations, clips: &[Option<Clip>; 4]) -> Vec<bool
             .map(|[s, c]| s.atan2(c))
             .collect();
         for (stuck, [sine, cosine]) in stuck.iter_mut().zip(pairs) {
-            let near = AT_CORNER * observations.pair_noise_counts / sine.hypot(*cosine);
+            // Where one channel is a share of its rail below it, the phase is half of that share beside the corner.
+            let by_noise = AT_CORNER * observations.pair_noise_counts / sine.hypot(*cosine);
+            let near = by_noise.max(0.5 * RAIL_KNOWN_TO);
             let phase = sine.atan2(*cosine);
             *stuck |= corners.iter().any(|c| (phase - c).abs() < near);
         }

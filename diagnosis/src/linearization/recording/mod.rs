@@ -43,8 +43,10 @@ pub struct LinearizedRecording<'a> {
     pub scope: Scope,
     /// Speeds and directions.
     pub motion: Arc<Motion>,
-    /// What the recording offers.
+    /// What the recording offers, and what was told besides.
     pub inputs: BasisInputs,
+    /// What the recording offers by itself.
+    offered: Arc<BasisInputs>,
     /// Calibrated segment positions, m.
     pub calibrated_m: [Vec<f64>; 4],
     /// Samples in use; disturbed ones are not.
@@ -147,6 +149,7 @@ impl<'a> LinearizedRecording<'a> {
             scope,
             motion: Arc::new(motion),
             inputs: BasisInputs::default(),
+            offered: Arc::default(),
             calibrated_m,
             mask,
             displacement: LatentDisplacement::default(),
@@ -178,6 +181,7 @@ impl<'a> LinearizedRecording<'a> {
         this.quiet_m = Arc::new(this.quiet());
         this.steady = this.steady();
         this.inputs = this.look_over(n, &known);
+        this.offered = Arc::new(this.inputs.clone());
         this
     }
 
@@ -202,6 +206,7 @@ impl<'a> LinearizedRecording<'a> {
             baseline,
             scope: self.scope,
             inputs: self.inputs.clone(),
+            offered: Arc::clone(&self.offered),
             calibrated_m,
             mask: self.mask.clone(),
             normal: self.normal.clone(),
@@ -218,6 +223,19 @@ impl<'a> LinearizedRecording<'a> {
         };
         this.retrace(&self.displacement);
         this.steady = this.steady();
+        this
+    }
+
+    /// True if it is linearised about this.
+    pub fn is_about(&self, baseline: &Baseline, displacement: &LatentDisplacement) -> bool {
+        self.baseline == *baseline && self.displacement == *displacement
+    }
+
+    /// The same, before anything is told of it: as [`Self::new`] and [`Self::moved`] give it, with these samples in use, at a fifth of their cost.
+    pub fn anew(&self, mask: Vec<bool>) -> Self {
+        let mut this = self.moved(self.baseline.clone(), self.displacement.clone());
+        this.inputs = (*self.offered).clone();
+        this.mask = mask;
         this
     }
 
