@@ -143,7 +143,8 @@ pub(super) fn candidates(prepared: &Prepared) -> Option<Candidates<'_>> {
     let over_time = likeliest(courses, all, loose)?;
     let (field, place) = (over_places.shape, over_places.left);
     let (course, time) = (over_time.shape, over_time.left);
-    let (_, wandering) = AmplitudeShape::default().wandering(all, loose)?;
+    let alone = AmplitudeShape::default().wandering(all, loose)?;
+    let wandering = alone.1;
     let beside = field.wandering(all, loose)?;
     let together = beside.1;
     // Beside a wander that explains nothing the field stands alone.
@@ -155,10 +156,16 @@ pub(super) fn candidates(prepared: &Prepared) -> Option<Candidates<'_>> {
     let worth = |before, after, share| is_worth(before, after, share, noise, count);
     let by_place = over_places.log_evidence > over_time.log_evidence
         && worth(before, after.min(place), EXPLAINED_BY_PLACE);
+    // A change of the whole beside a wander is told where it foretells: between runs that lie far apart its knots follow the noise.
     let (timed, slow) = if by_place {
         beside
     } else {
-        course.wandering(all, loose)?
+        let with_change = course.wandering(all, loose)?;
+        if wandering < with_change.1 {
+            alone
+        } else {
+            with_change
+        }
     };
     let left = if by_place { place } else { time.min(nothing) };
     let by_time = wanders || worth(left, slow, EXPLAINED_BY_TIME);
