@@ -9,8 +9,8 @@ use crate::verdict::answer::{Magnitude, Named};
 use effects::Detection;
 
 /// Samples that must be judged otherwise than before for all to be fitted anew.
-/// By definition: as many as make a burst ([`LEAST_BURSTS`]).
-const CHANGED_SAMPLES: usize = 3;
+/// By definition: as many as make a burst.
+const CHANGED_SAMPLES: usize = LEAST_BURSTS.0;
 
 /// Disturbed samples.
 #[derive(Default)]

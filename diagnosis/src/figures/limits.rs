@@ -6,7 +6,7 @@ pub const VISIBLE_GAP_RATIO: f64 = 1.05;
 /// White noise is named from this factor on.
 /// By definition: noise is called louder than stated from a tenth more.
 pub const NOISY_RATIO: f64 = 1.10;
-/// Beyond this factor the found effects' second order and lines of the spectrum may be what is left, and all is compared anew.
+/// From this factor over the noise on, what a field that is named leaves may be told by single teeth.
 pub const CLOSE_RATIO: f64 = 1.03;
 /// More of the gap than this left over, and located, is a gap that nothing named explains.
 /// By definition: a name explains nine tenths (`docs/reading-a-diagnosis.md`).

@@ -2,8 +2,12 @@
 
 use specimens::rig;
 
+use diagnosis::data::prepare::prepare;
+use diagnosis::design::assembly::{DesignOptions, assemble};
+use diagnosis::linearization::relinearized::RelinearizedFit;
 use diagnosis::{Answer, Options, check, diagnose_fully};
 use recording::Recording;
+use specimens::{Case, Conditions};
 use std::f64::consts::TAU;
 
 /// Largest offset of a pair, of its amplitude.
@@ -174,4 +178,33 @@ fn the_wander_of_one_pair_without_counts_is_put_down_to_that_pair() {
         let share = square(false) / square(true);
         assert!(share < 0.01, "{share}");
     }
+}
+
+/// Sweeps of seconds between poses over a minute: a change of the whole amplitude over the time follows the noise there, and beside it the wander was told
+/// so badly that a fifth of the squares was left beyond the noise. What is left of this courier is the noise that it has.
+#[test]
+fn a_wander_between_runs_far_apart_leaves_the_noise_that_is_there() {
+    let case = Case::draw(12, 6058, Conditions::Drawn);
+    let size_m = |name: &str| {
+        let mut effects = case.effects.iter();
+        effects.find(|e| e.name == name).expect("drawn").size_m
+    };
+    assert!(size_m("quadrature_drift") > 1.0e-6);
+    let recording = case.recorded(0);
+    let (electronics, pitch_m) = (recording.meta.electronics, recording.meta.geometry.pitch_m);
+    let noise =
+        electronics.quadrature_noise_counts.unwrap() / electronics.amplitude_counts.unwrap();
+    let stated_m = noise * pitch_m / TAU;
+    let is_there = 1.0_f64.hypot(size_m("excess_noise") / stated_m);
+    let prepared = prepare(&recording).unwrap();
+    let start = prepared.point();
+    let names = ["quadrature_drift".to_owned()];
+    let design_options = DesignOptions {
+        only: Some(&names),
+        ..DesignOptions::default()
+    };
+    let design = assemble(&prepared, &Options::default(), &start, design_options);
+    let fit = RelinearizedFit::new(&design.linearized, start, &names);
+    let left = fit.residuals().white_rms() / is_there;
+    assert!((left - 1.0).abs() < 0.03, "{left} times the noise");
 }
