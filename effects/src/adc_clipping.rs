@@ -256,12 +256,12 @@ pub mod sensor_side {
                 beyond(&more).iter().zip(&shape).map(|(a, b)| (a - b) / STEP).collect();
             let name = format!("change of the {}, segment {}", PARTS[j], s + 1);
             let change = Regressor::reading(name, "of amplitude", 1.0e-6, s, move |m| {
-                metres * look_up(&table, m.raw_phase[s])
+                metres * look_up(&table, m.phase_without_wander_rad(s))
             });
             list.push(if soft(&p) { change.of_deviation(UNCERTAIN[j]) } else { change });
         }
         let whole = Regressor::reading(told(&p, s), "1", 10.0e-6, s, move |m| {
-            metres * look_up(&shape, m.raw_phase[s])
+            metres * look_up(&shape, m.phase_without_wander_rad(s))
         });
         list.push(if soft(&p) { whole.expected(1.0, WHOLE) } else { whole });
     }

@@ -95,3 +95,11 @@ pub struct Covariates {
     /// That half of the quadrature angle, rad.
     pub half_quadrature_angle_rad: [f64; 4],
 }
+
+impl Covariates {
+    /// Tooth phase of a segment's unmodified output as its pair would give it without what is known of its wander, rad.
+    #[must_use]
+    pub fn phase_without_wander_rad(&self, segment: usize) -> f64 {
+        self.raw_phase[segment] - self.pair_turn_rad[segment]
+    }
+}

@@ -1,6 +1,7 @@
 //! From a recording to what the diagnosis works on: unmodified outputs on one tooth count, deflections, noise.
 
 use crate::Insufficient;
+use crate::data::clip::CutFigure;
 use crate::data::interpolation::filled;
 use crate::data::late_segment::LateSegment;
 use recording::{Column, INDEX, Logged, Recording, Samples};
@@ -61,6 +62,8 @@ pub struct Observations {
     pub pair_noise_counts: f64,
     /// Noise of an electrode with rounding, counts.
     pub electrode_noise_counts: f64,
+    /// Pairs that are cut by hard rails, as [`crate::data::clip::cut_figures`] finds them.
+    pub cut_figures: [Option<CutFigure>; 4],
     /// True if the readings show less noise than is stated.
     pub overstated: bool,
     /// Full range of the quadrature converter, counts.
@@ -129,6 +132,7 @@ impl Observations {
             electrode_noise_counts: (electronics.psd_noise_counts.unwrap_or(0.0).powi(2)
                 + ROUNDING)
                 .sqrt(),
+            cut_figures: [None; 4],
             overstated: false,
             full_range_counts: full_range,
         };

@@ -93,6 +93,7 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
     observations.late = late;
     let (thinned, note) = thinning::thin(&mut observations);
     notes.extend(note);
+    observations.cut_figures = crate::data::clip::cut_figures(&observations);
     let mut mask = vec![true; observations.len()];
     let resting = resting(&observations);
     let usable: Vec<bool> = resting

@@ -7,7 +7,7 @@ use crate::data::observations::{MINIMUM_SAMPLES, Observations};
 use crate::data::outliers::{among_bursts, astray, disturbed};
 use crate::data::slips::repair_slips;
 use crate::data::tooth_counts::align_pairs;
-use crate::data::{adequacy, commanded, faint, held_reference, late, restarts};
+use crate::data::{adequacy, clip, commanded, faint, held_reference, late, restarts};
 use crate::inference::residuals::Residuals;
 use crate::linearization::calibrate::equation_columns;
 use crate::linearization::recording::{LinearizedRecording, range};
@@ -108,6 +108,7 @@ pub fn check_watched(
             .map(|(_, told)| told),
     );
     notes.extend(adequacy::remarks(&observations));
+    observations.cut_figures = clip::cut_figures(&observations);
     let undisturbed = undisturbed(model, &observations, &mut notes);
     observations.late = late;
     late::realign(&mut observations, &model.baseline_with_effects);
@@ -177,7 +178,7 @@ fn warmer_or_colder(model: &Model, observations: &Observations) -> Option<[[f64;
 /// what the model leaves that they stand out of, as they did in the diagnosis. What is left out goes to `notes`.
 fn undisturbed(model: &Model, observations: &Observations, notes: &mut Vec<String>) -> Vec<bool> {
     let resting = crate::data::prepare::resting(observations);
-    let stuck = crate::data::clip::stuck(observations, &model.inputs.clip);
+    let stuck = clip::stuck(observations, &model.inputs.clip);
     notes.extend(aside::stuck(&stuck));
     let all: Vec<bool> = resting.iter().zip(&stuck).map(|(r, s)| !r && !s).collect();
     let (first, _) = residuals(model, observations, all.clone(), model.bursts);

@@ -180,6 +180,54 @@ fn the_wander_of_one_pair_without_counts_is_put_down_to_that_pair() {
     }
 }
 
+/// What a set of effects leaves of a recording, over the noise, where each is fitted about all of them.
+fn left_by(recording: &Recording, names: &[&str]) -> f64 {
+    let prepared = prepare(recording).unwrap();
+    let start = prepared.point();
+    let names: Vec<String> = names.iter().map(|name| (*name).into()).collect();
+    let design_options = DesignOptions {
+        only: Some(&names),
+        ..DesignOptions::default()
+    };
+    let design = assemble(&prepared, &Options::default(), &start, design_options);
+    let fit = RelinearizedFit::new(&design.linearized, start, &names);
+    fit.residuals().white_rms()
+}
+
+/// A channel at its rail stays there whatever its offset does, and tells no amplitude: taken for one, it hid the wander of the pair. Of two
+/// hundred squares over the noise less than the noise is left: the pair's figure is told from readings that wander.
+#[test]
+fn a_wander_of_pairs_that_are_cut_is_told() {
+    let whole = wandering(24, &[], &Course::first(SLOW));
+    let amplitude = whole.meta.electronics.amplitude_counts.expect("counts");
+    let rail = (0.85 * amplitude).round();
+    let cut = whole.with_rows(|_, row| {
+        for pair in row.quadrature_counts.iter_mut().skip(1).flatten() {
+            *pair = pair.map(|value| value.clamp(-rail, rail));
+        }
+        true
+    });
+    let beyond_noise = |names: &[&str]| left_by(&cut, names).powi(2) - 1.0;
+    let [whole, left] =
+        [&["adc_clipping"][..], &["adc_clipping", "quadrature_drift"]].map(beyond_noise);
+    assert!(whole > 100.0 && left < 1.0, "{left} of {whole}");
+}
+
+/// Offsets that change with the place are seen beside those that wander.
+#[test]
+fn offsets_over_the_place_are_seen_beside_a_wander() {
+    let mut case = Case::draw(21, 6058, Conditions::Drawn);
+    let shows = |case: &Case| {
+        let amplitudes = prepare(&case.recorded(0)).unwrap().amplitudes;
+        let some = |list: &[Vec<f64>; 4]| list.iter().any(|one| !one.is_empty());
+        let wanders = amplitudes.pair_course.iter().any(|one| !one.is_empty());
+        [wanders, some(&amplitudes.by_offsets)]
+    };
+    assert_eq!(shows(&case), [true, true], "{:?}", case.effects);
+    case.effects.retain(|e| e.name == "quadrature_drift");
+    assert_eq!(shows(&case), [true, false], "{:?}", case.effects);
+}
+
 /// Sweeps of seconds between poses over a minute: a change of the whole amplitude over the time follows the noise there, and beside it the wander was told
 /// so badly that a fifth of the squares was left beyond the noise. What is left of this courier is the noise that it has.
 #[test]
@@ -196,15 +244,6 @@ fn a_wander_between_runs_far_apart_leaves_the_noise_that_is_there() {
         electronics.quadrature_noise_counts.unwrap() / electronics.amplitude_counts.unwrap();
     let stated_m = noise * pitch_m / TAU;
     let is_there = 1.0_f64.hypot(size_m("excess_noise") / stated_m);
-    let prepared = prepare(&recording).unwrap();
-    let start = prepared.point();
-    let names = ["quadrature_drift".to_owned()];
-    let design_options = DesignOptions {
-        only: Some(&names),
-        ..DesignOptions::default()
-    };
-    let design = assemble(&prepared, &Options::default(), &start, design_options);
-    let fit = RelinearizedFit::new(&design.linearized, start, &names);
-    let left = fit.residuals().white_rms() / is_there;
+    let left = left_by(&recording, &["quadrature_drift"]) / is_there;
     assert!((left - 1.0).abs() < 0.03, "{left} times the noise");
 }

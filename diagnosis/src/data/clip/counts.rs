@@ -4,13 +4,20 @@
 //! (`super::figure`), goes on beyond it.
 
 use super::bend::{self, Bend};
-use super::figure::Figure;
+use super::figure::{CutFigure, Figure};
 use super::rails::{Rails, cutting};
 use crate::algebra::statistics::{median, median_and_deviation};
 use crate::data::observations::Observations;
 use effects::sensor::Clip;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI, TAU};
+
+/// The pairs that are cut by rails which their readings pile up at.
+pub(super) fn cut_figures(o: &Observations) -> [Option<CutFigure>; 4] {
+    let of_segment = |segment: usize| cut_figure(o, segment, &known_pairs(o, segment));
+    let each: Vec<_> = (0..4).into_par_iter().map(of_segment).collect();
+    std::array::from_fn(|segment| each[segment])
+}
 
 /// The clips of the segments' pairs that their counts show.
 pub(super) fn find(o: &Observations) -> [Option<Clip>; 4] {
@@ -22,13 +29,11 @@ pub(super) fn find(o: &Observations) -> [Option<Clip>; 4] {
 
 /// The clip of a segment's pair by tops that are flat, and what its figure leaves.
 fn figures(o: &Observations, segment: usize) -> (Option<Clip>, Option<Bend>) {
-    let known = |p: &&[f64; 2]| p[0].is_finite() && p[1].is_finite();
-    let all = o.pair_counts[segment].iter();
-    let pairs: Vec<[f64; 2]> = all.filter(known).copied().collect();
+    let pairs = known_pairs(o, segment);
     if pairs.len() < FEWEST_AT_A_TOP {
         return (None, None);
     }
-    let hard = hard(o, segment, &pairs);
+    let hard = hard(o, segment);
     let bend = bend::bend(
         &pairs,
         hard.as_ref().map(|(clip, amplitude)| (clip, *amplitude)),
@@ -36,8 +41,17 @@ fn figures(o: &Observations, segment: usize) -> (Option<Clip>, Option<Bend>) {
     (hard.map(|(clip, _)| clip), bend)
 }
 
-/// The clip by tops that are flat, and the amplitude of the whole wave, counts.
-fn hard(o: &Observations, segment: usize, pairs: &[[f64; 2]]) -> Option<(Clip, f64)> {
+fn known_pairs(o: &Observations, segment: usize) -> Vec<[f64; 2]> {
+    let known = |p: &&[f64; 2]| p[0].is_finite() && p[1].is_finite();
+    let all = o.pair_counts[segment].iter();
+    all.filter(known).copied().collect()
+}
+
+/// Rails that the readings of a pair pile up at, and the figure of those below.
+fn cut_figure(o: &Observations, segment: usize, pairs: &[[f64; 2]]) -> Option<CutFigure> {
+    if pairs.len() < FEWEST_AT_A_TOP {
+        return None;
+    }
     // Over separate poses neighbours show no noise: what is stated is tried before what they show.
     let noises = [o.pair_noise_counts, shown_noise(&o.pair_counts[segment])];
     let shares = shares(pairs);
@@ -46,13 +60,25 @@ fn hard(o: &Observations, segment: usize, pairs: &[[f64; 2]]) -> Option<(Clip, f
         shares: &shares,
     };
     let rail = |channel, sign| noises.iter().find_map(|n| tops.flat(channel, sign, *n));
-    let rails: Rails = [0, 1].map(|channel| [-1.0, 1.0].map(|sign| rail(channel, sign)));
-    if rails.as_flattened().iter().all(Option::is_none) {
+    let rails_counts: Rails = [0, 1].map(|channel| [-1.0, 1.0].map(|sign| rail(channel, sign)));
+    if rails_counts.as_flattened().iter().all(Option::is_none) {
         return None;
     }
-    let amplitude = || likely_amplitude(pairs, &rails, usual_amplitude(o, segment));
-    let figure = Figure::of_whole(pairs, &rails, amplitude)?;
-    let levels = rails.map(|ends| ends.map(|rail| Some(rail? / figure.amplitude)));
+    let amplitude = || likely_amplitude(pairs, &rails_counts, usual_amplitude(o, segment));
+    let figure = Figure::of_whole(pairs, &rails_counts, amplitude)?;
+    Some(CutFigure {
+        rails_counts,
+        figure,
+    })
+}
+
+/// The clip by tops that are flat, and the amplitude of the whole wave, counts.
+fn hard(o: &Observations, segment: usize) -> Option<(Clip, f64)> {
+    let CutFigure {
+        rails_counts,
+        figure,
+    } = o.cut_figures[segment]?;
+    let levels = rails_counts.map(|ends| ends.map(|rail| Some(rail? / figure.amplitude)));
     let clip = Clip {
         rails: cutting(levels, &figure.pair, 0.0)?,
         pair: figure.pair,
@@ -60,6 +86,26 @@ fn hard(o: &Observations, segment: usize, pairs: &[[f64; 2]]) -> Option<(Clip, f
     };
     Some((clip, figure.amplitude))
 }
+
+/// Whether sine and cosine stand at a rail; `noise` is a channel's, counts.
+pub(super) fn stand_at(rails: &Rails, pair: [f64; 2], noise: f64) -> [bool; 2] {
+    [0, 1].map(|channel| {
+        let value = pair[channel];
+        let rail = rails[channel][usize::from(value > 0.0)];
+        rail.is_some_and(|r| value.abs() > r.abs() - width(r.abs(), noise))
+    })
+}
+
+/// Width of the band below a top in which readings stand at it, counts.
+fn width(top: f64, noise: f64) -> f64 {
+    (NOISES_AT_RAIL * noise)
+        .max(AT_RAIL * top)
+        .min(WIDEST * top)
+}
+
+/// Noise within which a reading is at a rail, in standard deviations. Derived from the normal tail: one reading in 16,000 that stands there is
+/// beyond.
+const NOISES_AT_RAIL: f64 = 4.0;
 
 /// This near to a rail, of it, a channel stands at it. A derivation: 0.2 % of an amplitude are 0.3 µm of a place at the paper's
 /// pitch (ρ/2π = 162 µm), the noise floor.
@@ -166,7 +212,7 @@ impl Tops<'_> {
             beyond > BEYOND_RAIL
         })?;
         let top = top.0;
-        let width = (4.0 * noise).max(AT_RAIL * top).min(WIDEST * top);
+        let width = width(top, noise);
         let held: Vec<&(f64, f64)> = values.iter().take_while(|v| v.0 > top - width).collect();
         let share: f64 = held.iter().map(|v| v.1).sum();
         // A sine's own share of the turn within `width` below one of its tops.

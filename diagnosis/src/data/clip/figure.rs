@@ -3,13 +3,24 @@
 use super::rails::Rails;
 use crate::algebra::statistics::median;
 use nalgebra::{SMatrix, SVector};
+use std::f64::consts::PI;
 
-/// Amplitude, offsets, gain of the sine less one and angle of a pair.
-pub(super) struct Figure {
+/// Amplitude, offsets, gain of the sine less one and angle of a pair: `sine = A (o_s + (1 + g) sin(φ + a))`, `cosine = A (o_c + cos φ)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
     /// Of the cosine, counts.
     pub amplitude: f64,
     /// Offset of sine and cosine, gain of the sine less one, quadrature angle (rad), of the amplitude.
     pub pair: [f64; 4],
+}
+
+/// A pair that is cut: its rails, which its readings pile up at, and the figure that it would draw without them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutFigure {
+    /// Lower and upper rail of sine and cosine, counts, where there is one.
+    pub rails_counts: Rails,
+    /// What the readings below the rails draw.
+    pub figure: Figure,
 }
 
 /// Logarithm of the amplitude, then the pair. A definition: one and four.
@@ -29,6 +40,34 @@ const PRIOR: f64 = 0.01;
 const FIT_ROUNDS: usize = 8;
 
 impl Figure {
+    /// Sine and cosine at a phase, counts.
+    #[must_use]
+    pub fn at(&self, phase_rad: f64) -> [f64; 2] {
+        let [sine, cosine, gain, angle] = self.pair;
+        [
+            sine + (1.0 + gain) * (phase_rad + angle).sin(),
+            cosine + phase_rad.cos(),
+        ]
+        .map(|value| self.amplitude * value)
+    }
+
+    /// The point of the figure at a cosine, counts, on the side of the sine's sign.
+    #[must_use]
+    pub fn at_cosine(&self, cosine: f64, side: f64) -> [f64; 2] {
+        let x = cosine / self.amplitude - self.pair[1];
+        self.at(x.clamp(-1.0, 1.0).acos().copysign(side))
+    }
+
+    /// The point of the figure at a sine, counts, on the side of the cosine's sign.
+    #[must_use]
+    pub fn at_sine(&self, sine: f64, side: f64) -> [f64; 2] {
+        let [offset, _, gain, angle] = self.pair;
+        let x = (sine / self.amplitude - offset) / (1.0 + gain);
+        let right = x.clamp(-1.0, 1.0).asin();
+        let turned = if side < 0.0 { PI - right } else { right };
+        self.at(turned - angle)
+    }
+
     /// By the readings away from the rails; where there are none, a circle of the usual amplitude.
     pub fn of_whole(
         pairs: &[[f64; 2]],
@@ -93,4 +132,27 @@ fn step(whole: &[[f64; 2]], p: &FigureParameters) -> Option<FigureParameters> {
         right[j] -= PRIOR * p[j];
     }
     normal.cholesky().map(|c| c.solve(&right))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_is_found_by_either_channel() {
+        let figure = Figure {
+            amplitude: 2.0e4,
+            pair: [0.01, -0.02, 0.04, 0.03],
+        };
+        for k in 0..12 {
+            let phase = f64::from(k).mul_add(0.5, 0.2);
+            let [sine, cosine] = figure.at(phase);
+            let by_cosine = figure.at_cosine(cosine, phase.sin());
+            let by_sine = figure.at_sine(sine, (phase + 0.03).cos());
+            for found in [by_cosine, by_sine] {
+                let off = (found[0] - sine).hypot(found[1] - cosine);
+                assert!(off < 1e-6, "{phase}: {found:?} for {sine}, {cosine}");
+            }
+        }
+    }
 }

@@ -13,7 +13,26 @@ use crate::linearization::recording::LinearizedRecording;
 use crate::linearization::relinearized::RelinearizedFit;
 use effects::Detection;
 use effects::sensor::Clip;
+pub use figure::{CutFigure, Figure};
+pub use rails::Rails;
 use rails::WHOLE;
+
+/// Each segment's pair that is cut by hard rails, which its readings pile up at.
+#[must_use]
+pub fn cut_figures(observations: &Observations) -> [Option<CutFigure>; 4] {
+    counts::cut_figures(observations)
+}
+
+/// Whether a pair's sine and cosine stand at a hard rail: such a reading tells nothing of its channel but that the wave lies beyond.
+#[must_use]
+pub fn at_rails(observations: &Observations, segment: usize, i: usize) -> [bool; 2] {
+    let cut = observations.cut_figures[segment];
+    let pair = observations.pair_counts[segment].get(i);
+    let noise = observations.pair_noise_counts;
+    cut.zip(pair).map_or([false; 2], |(cut, pair)| {
+        counts::stand_at(&cut.rails_counts, *pair, noise)
+    })
+}
 
 /// The clips of the segments' pairs that their counts show, where they were logged and do.
 #[must_use]

@@ -4,7 +4,7 @@ use effects::rails::saturated;
 use effects::sensor::Clip;
 
 /// Lower and upper rail of sine and cosine, counts, where there is one.
-pub(super) type Rails = [[Option<f64>; 2]; 2];
+pub type Rails = [[Option<f64>; 2]; 2];
 
 /// A rail from here on, of where the wave would end, cuts nothing that could be told. Derived from a sine: where a cut at 0.99
 /// takes most off, beside its top, the phase is off by `0.01 x - x³ / 2` at x = 0.08, which is 0.0005 rad, 0.09 µm at the paper's

@@ -2,11 +2,12 @@
 
 use super::LinearizedRecording;
 use super::covariates::multiples;
+use crate::data::clip::at_rails;
 use std::collections::BTreeMap;
 
 impl LinearizedRecording<'_> {
     /// Logarithm of the amplitude and its regressors over the unmodified phase, over which an offset is a pure first order: of its
-    /// second power only a constant is left.
+    /// second power only a constant is left. A reading at a rail tells no amplitude.
     fn amplitude_row(
         &self,
         segment: usize,
@@ -15,7 +16,24 @@ impl LinearizedRecording<'_> {
         let value = self.observations.amplitude_counts[segment][i].ln();
         let [sine, cosine] = *self.observations.pair_counts[segment].get(i)?;
         let phase = sine.atan2(cosine);
-        (value.is_finite() && phase.is_finite()).then(|| (orders(phase), value))
+        let told = value.is_finite() && phase.is_finite();
+        (told && at_rails(self.observations, segment, i) == [false; 2])
+            .then(|| (self.pattern_orders(segment, phase), value))
+    }
+
+    /// Regressors of a pair's pattern. What is told of a pair with rails lies on arcs between them, which tell an ellipse and no more.
+    fn pattern_orders(
+        &self,
+        segment: usize,
+        phase: f64,
+    ) -> nalgebra::SVector<f64, PATTERN_COLUMNS> {
+        let mut orders = orders(phase);
+        if self.observations.cut_figures[segment].is_some() {
+            orders
+                .rows_mut(ELLIPSE_COLUMNS, PATTERN_COLUMNS - ELLIPSE_COLUMNS)
+                .fill(0.0);
+        }
+        orders
     }
 
     /// The pattern by what differs within a neighbourhood: the gap changes the amplitude from place to place, and a rest that shows
@@ -100,6 +118,9 @@ fn orders(phase: f64) -> nalgebra::SVector<f64, PATTERN_COLUMNS> {
 
 /// Regressors of an amplitude's pattern. A definition: a constant, and sine and cosine of eight orders.
 const PATTERN_COLUMNS: usize = 17;
+/// Those of them that an ellipse needs. Derived from its logarithm: with flaws of 0.02 its orders 1 and 2 are as large, 3 and 4 are
+/// their squares, and 5 their cubes, below 1e-5.
+const ELLIPSE_COLUMNS: usize = 9;
 /// Side of a neighbourhood, pitches. Derived from a platen's flatness with waves of 15 to 90 mm, as `effects::gap_variation`
 /// draws it: within a square of that side it varies by 0.13 of its rms.
 const NEAR_PITCHES: f64 = 2.0;

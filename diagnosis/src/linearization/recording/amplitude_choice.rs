@@ -52,11 +52,21 @@ pub(super) struct Candidates<'a> {
 }
 
 impl<'a> Candidates<'a> {
-    /// The shape that explains the amplitude. `shifted`: the pairs' offsets change with the place.
+    /// The shape that explains the amplitude. `shifted`: the pairs' offsets change with the place. A wander is told without them: where few places
+    /// come back, the two are hard to tell apart, and what the wander takes of them is the smaller error.
     pub(super) fn shape(&self, shifted: bool) -> Option<AmplitudeShape<'a>> {
+        let offsets = self.offsets(shifted).map(|(shape, _)| shape);
+        offsets.filter(|shape| shape.wander.is_none()).or(self.base)
+    }
+
+    /// Whether this pair shows offsets that change with the place. `shifted`: all pairs together do.
+    pub(super) fn shows_offsets(&self, shifted: bool) -> bool {
+        self.offsets(shifted).is_some()
+    }
+
+    fn offsets(&self, shifted: bool) -> Option<(AmplitudeShape<'a>, f64)> {
         let offsets = self.shifted.filter(|_| shifted);
-        let offsets = offsets.filter(|(_, left)| self.gain(*left) > 0.0);
-        offsets.map(|(shape, _)| shape).or(self.base)
+        offsets.filter(|(_, left)| self.gain(*left) > 0.0)
     }
 
     /// Squares over the noise that a shape which leaves this much explains beside the best one without offsets.
@@ -100,6 +110,19 @@ fn shifted<'a>(
         both.filter(|(_, both)| is_gap(both))
             .unwrap_or((alone, left)),
     )
+}
+
+/// Offsets that change with the place, beside a wander; and what both leave.
+fn beside_wander<'a>(
+    all: &[Sample],
+    wander: AmplitudeShape<'a>,
+    noise: f64,
+) -> Option<(AmplitudeShape<'a>, f64)> {
+    let beside = AmplitudeShape {
+        offsets: Some(Places::of(all)?),
+        ..wander
+    };
+    beside.held_out(&beside.pieces(all), noise)
 }
 
 /// Whether leaving `after` instead of `before` is past chance and this share of what is over the noise.
@@ -189,7 +212,11 @@ pub(super) fn candidates(prepared: &Prepared) -> Option<Candidates<'_>> {
     let least = [nothing, place, time, wandering, together, slow].into_iter();
     let unshifted = least.fold(f64::INFINITY, f64::min);
     // A pair that is known to wander does so here.
-    let shifted = (!wanders).then(|| shifted(all, field, loose)).flatten();
+    let shifted = match base.filter(|_| by_time) {
+        _ if wanders => None,
+        Some(wander) => beside_wander(all, wander, loose),
+        None => shifted(all, field, loose),
+    };
     Some(Candidates {
         base,
         shifted,

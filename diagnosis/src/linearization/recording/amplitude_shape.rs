@@ -57,7 +57,10 @@ impl<'a> AmplitudeShape<'a> {
         let course = knot_weights(self.course, sample.progress);
         entries.extend(course.map(|(knot, weight)| (next + knot, GAP_WAVE_SIZE * weight)));
         if let Some(places) = self.offsets {
-            entries.extend(places.entries(sample, self.before_offsets()));
+            // What is the same everywhere is the wander's.
+            let same = self.wander.map_or(0, |_| offsets::SAME_EVERYWHERE);
+            let varying = places.entries(sample, self.before_offsets()).into_iter();
+            entries.extend(varying.skip(same));
         }
         if self.wander.is_some() {
             // The pattern was told while the pair wandered: it may be wrong by about as much.

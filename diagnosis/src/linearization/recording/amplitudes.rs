@@ -12,6 +12,7 @@ use super::explained::Amplitudes;
 use super::mesh::{GAP_MESHES_PITCHES, Mesh};
 use super::sample::{PHASE_ORDERS, Sample};
 use super::wander;
+use crate::data::clip::at_rails;
 use crate::data::folds::folds;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -52,10 +53,14 @@ impl LinearizedRecording<'_> {
                 let (shape, noise) = candidates
                     .as_ref()
                     .and_then(|c| Some((c.shape(shifted)?, c.loose)))?;
-                Some((
-                    *s,
-                    self.explain_one(*s, (shape, noise), &prepared.samples, &folds)?,
-                ))
+                let mut one = self.explain_one(*s, (shape, noise), &prepared.samples, &folds)?;
+                let shows = candidates
+                    .as_ref()
+                    .is_some_and(|c| c.shows_offsets(shifted));
+                if shows && one.by_offsets.is_empty() {
+                    one.by_offsets = vec![0.0; self.len()];
+                }
+                Some((*s, one))
             })
             .collect();
         for (segment, one) in all {
@@ -111,6 +116,7 @@ impl LinearizedRecording<'_> {
         let n = self.ln_amplitude[segment].len();
         let every = n.div_ceil(MOST_ROWS).max(1);
         let used = (0..n).step_by(every).filter(|&i| self.mask[i]);
+        let used = used.filter(|&i| at_rails(self.observations, segment, i) == [false; 2]);
         used.filter_map(|i| self.sample(segment, i, folds[i], course(i)))
             .collect()
     }
@@ -216,6 +222,7 @@ impl LinearizedRecording<'_> {
             (i, (list[i] - field - offsets - wander) / noise)
         };
         let used = (0..list.len()).filter(|i| self.mask[*i]);
+        let used = used.filter(|&i| at_rails(self.observations, segment, i) == [false; 2]);
         used.map(left).filter(|l| l.1.is_finite()).collect()
     }
 
@@ -253,7 +260,8 @@ impl LinearizedRecording<'_> {
     fn amplitude_scatter(&self, segment: usize) -> f64 {
         let o = self.observations;
         let list = &self.ln_amplitude[segment];
-        let near = |i: &usize| o.stretch[i - 1] == o.stretch[i + 1];
+        let whole = |i: usize| at_rails(o, segment, i) == [false; 2];
+        let near = |i: &usize| o.stretch[i - 1] == o.stretch[i + 1] && (i - 1..=i + 1).all(whole);
         let mut bends: Vec<f64> = (1..list.len().saturating_sub(1))
             .filter(near)
             .map(|i| (list[i - 1] - 2.0 * list[i] + list[i + 1]) / 6f64.sqrt())

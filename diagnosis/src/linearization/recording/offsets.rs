@@ -9,6 +9,8 @@ use effects::basis::legendre;
 const OFFSET_DEGREE: usize = 5;
 /// Degrees along and across whose sum is at most [`OFFSET_DEGREE`]; of each an offset of the sine and one of the cosine.
 pub(super) const COLUMNS: usize = (OFFSET_DEGREE + 1) * (OFFSET_DEGREE + 2);
+/// The first of them are the same everywhere. By definition those of degree 0: one of the sine and one of the cosine.
+pub(super) const SAME_EVERYWHERE: usize = 2;
 /// Least range along either direction over which an offset is asked for, m. A prior: a source is further away than a courier is
 /// high, some 30 mm, and changes by a sixth over less.
 const LEAST_RANGE_M: f64 = 5.0e-3;
