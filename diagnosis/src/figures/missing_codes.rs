@@ -20,7 +20,8 @@ const FEWEST_GAPS: usize = 8;
 /// Fewer steps from code to code tell no comb. Derived from chance: steps of a smooth distribution are exponential, and none of fifty is below
 /// eight tenths of their median once in 10^11.
 const FEWEST_STEPS: usize = 50;
-/// Share of the steps that may be smaller than those of the comb: a disturbed reading, or a code that lies between.
+/// Share of the steps that may be smaller than those of the comb. A prior: a disturbed reading stands between two codes of the comb, and of some
+/// five hundred codes ten such are more than bursts leave in the mask.
 const SMALLER_STEPS: f64 = 0.02;
 /// Steps of a comb from code to code are no smaller than this share of their median. Derived from steps of a few whole counts, which
 /// rounding makes as much as a sixth smaller.
