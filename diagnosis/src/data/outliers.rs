@@ -2,6 +2,7 @@
 
 use crate::algebra::statistics::{median, median_and_deviation, rms};
 use crate::data::observations::Observations;
+use effects::sensor::CHANNELS;
 use std::collections::HashMap;
 
 /// Samples in a piece over which a disturbance must stand out. Derived from the median deviation, which is then known to 15 %
@@ -17,6 +18,9 @@ const BESIDE: f64 = 3.5;
 
 /// Fewer tell no usual scatter. Derived from the median deviation, which is then known to 26 %.
 const FEWEST_NEIGHBOURS: usize = 20;
+
+/// Pairs, whose amplitudes are told behind the residual channels. By definition one for each of the four segments.
+const PAIRS: usize = 4;
 
 /// Which samples are told apart from each other: those of a stretch, and the poses of a run that is one by one at rest. What a model
 /// leaves of those scatters alike; what a gap leaves need not.
@@ -72,7 +76,8 @@ fn far_among_single_poses(
     marked
 }
 
-/// Marks samples that stand out of their neighbourhood. `rows` are (sample, channel, whitened residual) in time order.
+/// Marks samples that stand out of their neighbourhood. `rows` are (sample, channel, whitened residual) in time order; behind the residual channels
+/// may come the amplitudes of the four pairs ([`crate::linearization::recording::LinearizedRecording::amplitude_rows`]).
 pub fn disturbed(rows: &[(usize, usize, f64)], samples: usize, stretch: &[usize]) -> Vec<bool> {
     marked(rows, samples, stretch, &HashMap::new())
 }
@@ -106,7 +111,7 @@ fn marked(
     most: &HashMap<(usize, usize), f64>,
 ) -> Vec<bool> {
     let mut marked = vec![false; samples];
-    for channel in 0..effects::sensor::CHANNELS {
+    for channel in 0..CHANNELS + PAIRS {
         let list: Vec<(usize, f64)> = rows
             .iter()
             .filter(|r| r.1 == channel)
@@ -190,6 +195,16 @@ mod tests {
         let stretch: Vec<usize> = (0..130).map(|i| i.min(90)).collect();
         let marked = far_among_single_poses(&rows, &stretch, &[0; 130], 1000.0);
         assert_eq!((0..130).filter(|i| marked[*i]).collect::<Vec<_>>(), [7]);
+    }
+
+    /// What disturbs a pair shows in its amplitude, be the phase as it may.
+    #[test]
+    fn a_sample_whose_amplitude_stands_out_is_marked() {
+        let mut rows = in_one_channel(120, |i| (1.7 * i as f64).sin() * 1.4);
+        let of_pair = with_one_burst(120, 70);
+        rows.extend(of_pair.into_iter().map(|r| (r.0, CHANNELS + 3, r.2)));
+        let marked = disturbed(&rows, 120, &[0; 120]);
+        assert_eq!((0..120).filter(|i| marked[*i]).collect::<Vec<_>>(), [70]);
     }
 
     #[test]

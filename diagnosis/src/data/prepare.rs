@@ -110,7 +110,8 @@ pub fn prepare(recording: &Recording) -> Result<Prepared, Insufficient> {
             vec![true; observations.len()],
         );
         linearized.aligned_in_time = true;
-        let rows = white_rows(&linearized);
+        let mut rows = white_rows(&linearized);
+        rows.extend(linearized.amplitude_rows());
         let marked = disturbed(&rows, observations.len(), &observations.stretch);
         let astray = astray(&rows, &observations);
         let next: Vec<bool> = (0..observations.len())

@@ -126,7 +126,8 @@ impl FittedEffects<'_> {
     /// Samples that stand out of what is left around them.
     fn outliers(&self, left: &Residuals) -> Vec<bool> {
         let linearized = &self.relinearized.linearized;
-        let rows = left.white_rows();
+        let mut rows = left.white_rows();
+        rows.extend(linearized.amplitude_rows());
         let mut marked = disturbed(&rows, linearized.len(), &linearized.observations.stretch);
         let astray = astray(&rows, linearized.observations);
         // About a turn a direction that is told some samples late leaves twice what it does there: no burst.
@@ -147,8 +148,11 @@ impl FittedEffects<'_> {
 
     /// Samples that stand out of what is left where there are bursts.
     fn among_bursts(&self, left: &Residuals) -> Vec<bool> {
-        let o = &self.relinearized.linearized.observations;
-        among_bursts(&left.white_rows(), &o.stretch, &o.run)
+        let linearized = &self.relinearized.linearized;
+        let o = linearized.observations;
+        let mut rows = left.white_rows();
+        rows.extend(linearized.amplitude_rows());
+        among_bursts(&rows, &o.stretch, &o.run)
     }
 
     /// What is left without single poses that stand out: where bursts are named, `check` sets those aside as well.

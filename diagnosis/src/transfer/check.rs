@@ -181,8 +181,9 @@ fn undisturbed(model: &Model, observations: &Observations, notes: &mut Vec<Strin
     let stuck = clip::stuck(observations, &model.inputs.clip);
     notes.extend(aside::stuck(&stuck));
     let all: Vec<bool> = resting.iter().zip(&stuck).map(|(r, s)| !r && !s).collect();
-    let (first, _) = residuals(model, observations, all.clone(), model.bursts);
-    let rows = first.white_rows();
+    let (first, first_scene) = residuals(model, observations, all.clone(), model.bursts);
+    let mut rows = first.white_rows();
+    rows.extend(first_scene.amplitude_rows());
     let marked = if model.bursts {
         among_bursts(&rows, &observations.stretch, &observations.run)
     } else {

@@ -439,3 +439,17 @@ fn what_cannot_answer_says_so() {
     *of_pairs = of_pairs.map(|n| 10.0 * n);
     assert!(told(&loud).contains("stated noise"));
 }
+
+/// A part of a burst leaves the phase nearly where it is, and shows in the amplitude: taken for undisturbed, such samples made a gap of their own
+/// that followed the signal's amplitude.
+#[test]
+fn bursts_leave_no_gap_that_follows_the_amplitude() {
+    for number in [49, 55] {
+        let case = Case::draw(number, 6058, Conditions::Drawn);
+        let acts: Vec<&str> = case.effects.iter().map(|e| e.name.as_str()).collect();
+        assert_eq!(acts, ["outlier_bursts"]);
+        let answer = diagnose(&case.recorded(0), "bursts", &Options::default());
+        let named: Vec<&str> = answer.effects.iter().map(|e| e.name.as_str()).collect();
+        assert_eq!(named, acts, "{number}: {:?}", answer.place);
+    }
+}

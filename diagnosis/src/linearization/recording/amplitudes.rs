@@ -14,6 +14,7 @@ use super::sample::{PHASE_ORDERS, Sample};
 use super::wander;
 use crate::data::clip::at_rails;
 use crate::data::folds::folds;
+use effects::sensor::CHANNELS;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -224,6 +225,22 @@ impl LinearizedRecording<'_> {
         let used = (0..list.len()).filter(|i| self.mask[*i]);
         let used = used.filter(|&i| at_rails(self.observations, segment, i) == [false; 2]);
         used.map(left).filter(|l| l.1.is_finite()).collect()
+    }
+
+    /// What a pair's amplitude has beside its own pattern, over its noise: (sample, channel, value), the channels of the four pairs coming behind the
+    /// residual ones. What disturbs a pair's readings shows in its amplitude as it does in its phase, and where the phase is hardly off as well.
+    pub fn amplitude_rows(&self) -> Vec<(usize, usize, f64)> {
+        let of_segment = |segment: usize| {
+            let noise = self.amplitude_noise(segment).sqrt();
+            let told = move |i: &usize| {
+                let amplitude = self.observations.amplitude_counts[segment][*i];
+                amplitude.is_finite() && at_rails(self.observations, segment, *i) == [false; 2]
+            };
+            let list = &self.ln_amplitude[segment];
+            let used = (0..list.len()).filter(told);
+            used.map(move |i| (i, CHANNELS + segment, list[i] / noise))
+        };
+        (0..4).flat_map(of_segment).collect()
     }
 
     /// Part of the recording's time that has passed.
