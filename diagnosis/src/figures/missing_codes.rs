@@ -20,11 +20,11 @@ const FEWEST_GAPS: usize = 8;
 /// Fewer steps from code to code tell no comb. Derived from chance: steps of a smooth distribution are exponential, and none of fifty is below
 /// eight tenths of their median once in 10^11.
 const FEWEST_STEPS: usize = 50;
-/// Share of the steps that may be smaller than those of the comb. A prior: a disturbed reading stands between two codes of the comb, and of some
-/// five hundred codes ten such are more than bursts leave in the mask.
+/// Share of the steps that may be smaller than those of the comb. A prior: a disturbed reading may stand between two codes of the
+/// comb, and of five hundred codes no more than ten do.
 const SMALLER_STEPS: f64 = 0.02;
-/// Steps of a comb from code to code are no smaller than this share of their median. Derived from steps of a few whole counts, which
-/// rounding makes as much as a sixth smaller.
+/// Steps of a comb from code to code are no smaller than this share of their median. Derived from rounding to whole counts, which
+/// makes one of more than five counts at most a sixth smaller.
 const LEAST_STEP: f64 = 0.8;
 /// A comb that is so many times as wide as another channel's is no converter's own: all channels come through one. By definition a bit is
 /// a factor of two.
@@ -81,17 +81,20 @@ fn rounding_m2(o: &Observations) -> [Option<f64>; 4] {
             codes
         })
     });
-    let known = codes.as_flattened().iter().filter(|c| !c.is_empty());
-    let finest = known
-        .map(|c| comb(c).unwrap_or(1.0))
-        .fold(f64::INFINITY, f64::min);
+    let combs = codes
+        .each_ref()
+        .map(|pair| pair.each_ref().map(|c| comb(c)));
+    let each = codes.as_flattened().iter().zip(combs.as_flattened());
+    let known = each.filter(|(codes, _)| !codes.is_empty());
+    let steps = known.map(|(_, comb)| comb.unwrap_or(1.0));
+    let finest = steps.fold(f64::INFINITY, f64::min);
     std::array::from_fn(|s| {
         let amplitudes = o.amplitude_counts[s].iter().copied();
         let amplitude = crate::algebra::statistics::rms(amplitudes.filter(|a| a.is_finite()));
-        let squares = codes[s].each_ref().map(|codes| {
-            let wider = comb(codes).filter(|step| *step > WIDER * finest);
+        let squares = [0, 1].map(|channel| {
+            let wider = combs[s][channel].filter(|step| *step > WIDER * finest);
             let by_comb = wider.map(|step| step * step / 12.0);
-            by_comb.or_else(|| missing(codes, amplitude))
+            by_comb.or_else(|| missing(&codes[s][channel], amplitude))
         });
         if squares == [None, None] {
             return None;

@@ -453,3 +453,15 @@ fn bursts_leave_no_gap_that_follows_the_amplitude() {
         assert_eq!(named, acts, "{number}: {:?}", answer.place);
     }
 }
+
+/// Rounding to the codes that are left looks like louder noise of that pair, and is none.
+#[test]
+fn codes_that_are_missing_are_no_louder_noise() {
+    let case = Case::draw(87, 6060, Conditions::Drawn);
+    let acts: Vec<&str> = case.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(acts, ["missing_codes"]);
+    let answer = diagnose(&case.recorded(0), "codes", &Options::default());
+    assert_eq!(answer.verdict, Verdict::Unknown);
+    let first = &answer.place[0].coordinate;
+    assert!(first.contains("missing codes"), "{first}");
+}

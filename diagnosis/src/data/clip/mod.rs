@@ -34,6 +34,12 @@ pub fn at_rails(observations: &Observations, segment: usize, i: usize) -> [bool;
     })
 }
 
+/// Whether neither channel of a pair stands at a hard rail: only such a reading tells the pair's amplitude.
+#[must_use]
+pub fn tells_amplitude(observations: &Observations, segment: usize, i: usize) -> bool {
+    at_rails(observations, segment, i) == [false; 2]
+}
+
 /// The clips of the segments' pairs that their counts show, where they were logged and do.
 #[must_use]
 pub fn in_counts(observations: &Observations) -> [Option<Clip>; 4] {

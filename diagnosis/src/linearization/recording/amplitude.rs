@@ -2,7 +2,7 @@
 
 use super::LinearizedRecording;
 use super::covariates::multiples;
-use crate::data::clip::at_rails;
+use crate::data::clip::tells_amplitude;
 use std::collections::BTreeMap;
 
 impl LinearizedRecording<'_> {
@@ -17,7 +17,7 @@ impl LinearizedRecording<'_> {
         let [sine, cosine] = *self.observations.pair_counts[segment].get(i)?;
         let phase = sine.atan2(cosine);
         let told = value.is_finite() && phase.is_finite();
-        (told && at_rails(self.observations, segment, i) == [false; 2])
+        (told && tells_amplitude(self.observations, segment, i))
             .then(|| (self.pattern_orders(segment, phase), value))
     }
 

@@ -12,7 +12,7 @@ use super::explained::Amplitudes;
 use super::mesh::{GAP_MESHES_PITCHES, Mesh};
 use super::sample::{PHASE_ORDERS, Sample};
 use super::wander;
-use crate::data::clip::at_rails;
+use crate::data::clip::tells_amplitude;
 use crate::data::folds::folds;
 use effects::sensor::CHANNELS;
 use rayon::prelude::*;
@@ -117,7 +117,7 @@ impl LinearizedRecording<'_> {
         let n = self.ln_amplitude[segment].len();
         let every = n.div_ceil(MOST_ROWS).max(1);
         let used = (0..n).step_by(every).filter(|&i| self.mask[i]);
-        let used = used.filter(|&i| at_rails(self.observations, segment, i) == [false; 2]);
+        let used = used.filter(|&i| tells_amplitude(self.observations, segment, i));
         used.filter_map(|i| self.sample(segment, i, folds[i], course(i)))
             .collect()
     }
@@ -223,7 +223,7 @@ impl LinearizedRecording<'_> {
             (i, (list[i] - field - offsets - wander) / noise)
         };
         let used = (0..list.len()).filter(|i| self.mask[*i]);
-        let used = used.filter(|&i| at_rails(self.observations, segment, i) == [false; 2]);
+        let used = used.filter(|&i| tells_amplitude(self.observations, segment, i));
         used.map(left).filter(|l| l.1.is_finite()).collect()
     }
 
@@ -234,7 +234,7 @@ impl LinearizedRecording<'_> {
             let noise = self.amplitude_noise(segment).sqrt();
             let told = move |i: &usize| {
                 let amplitude = self.observations.amplitude_counts[segment][*i];
-                amplitude.is_finite() && at_rails(self.observations, segment, *i) == [false; 2]
+                amplitude.is_finite() && tells_amplitude(self.observations, segment, *i)
             };
             let list = &self.ln_amplitude[segment];
             let used = (0..list.len()).filter(told);
@@ -277,7 +277,7 @@ impl LinearizedRecording<'_> {
     fn amplitude_scatter(&self, segment: usize) -> f64 {
         let o = self.observations;
         let list = &self.ln_amplitude[segment];
-        let whole = |i: usize| at_rails(o, segment, i) == [false; 2];
+        let whole = |i: usize| tells_amplitude(o, segment, i);
         let near = |i: &usize| o.stretch[i - 1] == o.stretch[i + 1] && (i - 1..=i + 1).all(whole);
         let mut bends: Vec<f64> = (1..list.len().saturating_sub(1))
             .filter(near)
