@@ -9,8 +9,7 @@ use tooth_field::{Lattice, Teeth};
 /// Weight of samples that a knot must carry to be judged. Derived from the least squares that follow: with three readings of its
 /// own a value is told to 0.58 of their noise, beside its prior.
 const WEIGHT: f64 = 3.0;
-/// Most knots of all channels: beyond, the mesh gets coarser. A bound on the work: beyond, the mesh gets coarser, and what it
-/// then misses is left and told.
+/// Most knots of all fields. A bound on the work: beyond, the mesh gets coarser, and what it then misses is left and told.
 const MOST_KNOTS: usize = 700;
 /// Most values of all segments: each reaches far, so that the cost is that of all columns at every sample. A bound on the work:
 /// beyond, the mesh gets coarser, and at last teeth are asked for in its place.
@@ -19,12 +18,35 @@ const MOST_KNOT_VALUES: usize = 200;
 /// not known, nor how many an aperture holds, and a field bends where a tooth comes in or goes out: a mesh of half the width
 /// misses half as much of a bend between two values.
 const KNOT_STEPS_PITCHES: [f64; 3] = [0.25, 0.5, 1.0];
-/// The same of knots where single teeth are read, derived from a north and a south pole being half a pole pair each, with four knots for the wave
+/// Meshes of knots in the order in which they are tried: true where each segment has a field, false where each channel has one over the
+/// courier's centre, as if the courier did not turn; and the pitches from knot to knot. A prior: so much the logarithm of the evidence
+/// fell from one to the next on couriers with fields of five to seven teeth. 6059, 50: 20 from 1.5 to 2 pitches, 270 to channels at 1.5,
+/// 284 to 2, 1,240 to 3. 6063, 2: 81 from 1.5 to 2 pitches. 6059, 23: it rose by 4, fell by 53, rose by 15. Of a pitch each, channels are
+/// left out: they have four times the knots of a pitch and a half, and gained 6 there and lost 192.
+const MESHES: [(bool, f64); 8] = [
+    (true, 1.0),
+    (true, 1.5),
+    (true, 2.0),
+    (false, 1.5),
+    (false, 2.0),
+    (false, 3.0),
+    (false, 4.0),
+    (false, 6.0),
+];
+/// The same where single teeth are read, derived from a north and a south pole being half a pole pair each, with four knots for the wave
 /// of each. A coarser mesh than a pitch tells no tooth of a row.
-const SINGLE_TEETH_PITCHES: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
+const SINGLE_TEETH_MESHES: [(bool, f64); 5] = [
+    (true, 0.125),
+    (false, 0.125),
+    (false, 0.25),
+    (false, 0.5),
+    (false, 1.0),
+];
+/// Fewest knots of all channels. A prior: a courier that went over fewer hardly moved.
+const FEWEST_KNOTS: usize = 8;
 
-/// Sets the mesh and the knots: a rectangle of values for each segment where that is few enough; else teeth for each segment;
-/// else as fine as can be for the channels; none where the courier hardly moves.
+/// Sets the mesh and the knots: a rectangle of values for each segment where that is few enough; else the first mesh whose knots
+/// are; none where the courier hardly moves.
 pub fn lay(linearized: &mut LinearizedRecording) {
     linearized.inputs.field_by_segment = true;
     let single = linearized.inputs.forms.single_teeth.is_some();
@@ -40,23 +62,26 @@ pub fn lay(linearized: &mut LinearizedRecording) {
         }
     }
     linearized.inputs.field_by_value = false;
-    let coarser: &[f64] = if single {
-        &SINGLE_TEETH_PITCHES
+    let meshes: &[(bool, f64)] = if single {
+        &SINGLE_TEETH_MESHES
     } else {
-        &[1.0, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]
+        &MESHES
     };
-    for &pitches in coarser {
+    for &(by_segment, pitches) in meshes {
+        linearized.inputs.field_by_segment = by_segment;
         let step_m = pitches * linearized.observations.pitch_m;
         let list = at(linearized, step_m);
         let count: usize = list.iter().map(Vec::len).sum();
-        if count < 8 {
+        crate::trace::log(&format!(
+            "{count} knots, {pitches} pitches apart, of each segment {by_segment}"
+        ));
+        if count < FEWEST_KNOTS {
             break;
         }
         if count <= MOST_KNOTS {
             (linearized.inputs.knot_step_m, linearized.inputs.knots) = (step_m, list);
             return;
         }
-        linearized.inputs.field_by_segment = false;
     }
     (linearized.inputs.knot_step_m, linearized.inputs.knots) = Default::default();
 }
