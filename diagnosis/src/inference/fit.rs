@@ -65,12 +65,28 @@ pub fn coefficients(gram: &Gram, columns: &Columns) -> Vec<f64> {
     out
 }
 
-/// Squared whitened residual of a fit on other data: the quadratic form of what it adds to the columns, and takes from the target.
-pub fn squares(test: &Symmetric, fit: &Fit) -> f64 {
-    let coefficients = fit
-        .columns
-        .iter()
-        .copied()
-        .zip(fit.coefficient.iter().copied());
-    test.quadratic(coefficients.chain([(test.order() - 1, -1.0)]))
+/// Amounts of some columns with normal priors about `centre` of some deviations, for unit noise. None where the equations cannot be solved.
+pub fn solve_at(
+    training: Training,
+    columns: &[usize],
+    centre: &[f64],
+    deviations: &[f64],
+) -> Option<DVector<f64>> {
+    let deviations = DVector::from_column_slice(deviations);
+    let mut normal = training.lower(columns);
+    for (mut column, deviation) in normal.column_iter_mut().zip(&deviations) {
+        column.component_mul_assign(&deviations);
+        column *= *deviation;
+    }
+    let right = training.right(columns).component_mul(&deviations);
+    let centres = columns.iter().zip(&deviations);
+    let centres = centres.map(|(c, deviation)| centre[*c] / deviation);
+    let solution = unit_priors::solve(normal, right, centres)?;
+    Some(solution.values.component_mul(&deviations))
+}
+
+/// Squared whitened residual of amounts of some columns on other data: the quadratic form of what they add to the columns, and take from the target.
+pub fn squares(test: &Symmetric, columns: &[usize], amounts: &DVector<f64>) -> f64 {
+    let amounts = columns.iter().copied().zip(amounts.iter().copied());
+    test.quadratic(amounts.chain([(test.order() - 1, -1.0)]))
 }

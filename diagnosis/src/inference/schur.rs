@@ -121,8 +121,8 @@ impl EliminatedBase {
             let fit = shared
                 .as_mut()?
                 .fit(gram.training(Some(f)), &gram.centre, more)?;
-            let left = squares(&gram.fold[f], &fit);
-            let noise = squares(errors_in_variables, &fit);
+            let left = squares(&gram.fold[f], &fit.columns, &fit.coefficient);
+            let noise = squares(errors_in_variables, &fit.columns, &fit.coefficient);
             Some((fit, left, noise))
         };
         self.folds.par_iter_mut().enumerate().map(score).collect()

@@ -1,6 +1,7 @@
 //! Held-out pieces of the recording check a set, and can veto it: the evidence trusts the columns, of which some are formed of noisy
 //! readings and rebuild noise where amounts nearly cancel; a piece that was not fitted shows that.
 
+use super::least_size::least_squares;
 use super::weighed::Weighed;
 use crate::inference::cross_validation::CrossValidation;
 
@@ -12,28 +13,56 @@ const DEVIATIONS: f64 = 2.0;
 /// Columns from which on it is not asked what noise does to the held-out squares of a set. A bound on the work: their cube is what that costs.
 const MOST_COLUMNS: usize = 400;
 
-/// The effect by which held-out pieces refute a set, told by its block: the one without which the others predict pieces that they were not fitted to best,
-/// where they do so no worse than with it, or where the whole set predicts too little. `noise` is the variance at which the set was fitted. Cost: a
-/// cross-validation for each effect and one of all; those that were asked for before are known.
+/// The effect by which held-out pieces refute a set, told by its block: the one without which the others predict pieces that they were not
+/// fitted to best, where they do so no worse than with it, or where the whole set predicts too little. `noise` is the variance at which the
+/// set was fitted.
+///
+/// A set is refuted if it is so both at the sizes that its effects have before the data and at those that were found. Teeth that are
+/// displaced by a thirtieth of the usual size, fitted as if that were theirs, rebuild so much noise that they predict nothing. At sizes that
+/// were found an effect must predict as much as is worth a name: what does not act is found so small that it does no harm, and predicts some
+/// squares by chance.
+///
+/// Cost: a cross-validation for each effect and one of all, which are known where they were asked for before; the same again, and none
+/// known, for a set that the first would refute.
 pub fn refuted(validation: &mut CrossValidation, set: &Weighed, noise: f64) -> Option<usize> {
-    let blocks = set.set();
-    let each = blocks.iter().map(|block| {
-        let others = blocks.iter().filter(|b| *b != block);
-        (left(validation, others), *block)
-    });
-    let (without, block) = each.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let whole = left(validation, blocks.iter());
-    (without <= whole || predicts_too_little(validation, set, whole, noise)).then_some(block)
+    let stated = |validation: &mut CrossValidation, blocks: &[usize]| {
+        validation.score(&in_the_columns(blocks)).squares
+    };
+    refuted_at(validation, set, noise, 0.0, stated)?;
+    let found = |validation: &mut CrossValidation, blocks: &[usize]| {
+        let each = set.set().iter().zip(&set.fitted.log_variances);
+        let asked = each.filter(|(b, _)| blocks.contains(b));
+        let sizes: Vec<(usize, f64)> = asked
+            .map(|(b, g)| (b + 1, (g.exp() / noise).sqrt()))
+            .collect();
+        validation.squares_at(&sizes)
+    };
+    let least = noise * least_squares(validation.rows());
+    refuted_at(validation, set, noise, least, found)
 }
 
-/// Held-out squares of a set.
-fn left<'b>(validation: &mut CrossValidation, set: impl Iterator<Item = &'b usize>) -> f64 {
-    validation.score(&in_the_columns(set)).squares
+/// The same by some held-out squares of blocks of the set, of which an effect must take off more than `least`.
+fn refuted_at(
+    validation: &mut CrossValidation,
+    set: &Weighed,
+    noise: f64,
+    least: f64,
+    left: impl Fn(&mut CrossValidation, &[usize]) -> f64,
+) -> Option<usize> {
+    let blocks = set.set();
+    let each = blocks.iter().map(|block| {
+        let others: Vec<usize> = blocks.iter().copied().filter(|b| b != block).collect();
+        (left(validation, &others), *block)
+    });
+    let (without, block) = each.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let whole = left(validation, blocks);
+    (without <= whole + least || predicts_too_little(validation, set, whole, noise))
+        .then_some(block)
 }
 
 /// The blocks of a set among those of the columns, of which the baseline is the first.
-fn in_the_columns<'b>(set: impl Iterator<Item = &'b usize>) -> Vec<usize> {
-    set.map(|b| b + 1).collect()
+fn in_the_columns(set: &[usize]) -> Vec<usize> {
+    set.iter().map(|b| b + 1).collect()
 }
 
 /// True if a set predicts pieces that it was not fitted to by less than half of what it describes of those that it was: what it describes is no effect
@@ -47,7 +76,7 @@ fn predicts_too_little(
     left: f64,
     noise: f64,
 ) -> bool {
-    let blocks = in_the_columns(set.set().iter());
+    let blocks = in_the_columns(set.set());
     let predicted = validation.score(&[]).squares - left;
     let described = noise * (set.explained - set.fitted.given.told);
     if predicted >= PREDICTED_SHARE * described || validation.columns_of(&blocks) > MOST_COLUMNS {
@@ -99,6 +128,26 @@ mod tests {
         assert_eq!(refuted(&of(&[acts], 0), &[0]), None);
         assert_eq!(refuted(&of(&[idle], 1), &[0]), Some(0));
         assert_eq!(refuted(&of(&[acts, idle], 1), &[0, 1]), Some(1));
+    }
+
+    /// Three hundred columns that each do a fiftieth of what is usual. At the usual size they rebuild more noise of a piece than they predict of it; at
+    /// the size that is found they predict it. As many that do nothing are vetoed at any size.
+    #[test]
+    fn what_is_small_predicts_at_its_own_size() {
+        const COLUMNS: usize = 300;
+        let of = |amount: f64| {
+            SyntheticProblem::new(&[("acts", &[1.0; COLUMNS])], &|rng| {
+                let columns: Vec<f64> = (0..COLUMNS).map(|_| normal(rng)).collect();
+                let sum: f64 = columns.iter().sum();
+                let target = amount * sum + normal(rng);
+                [&[1.0][..], &columns, &[target]].concat()
+            })
+        };
+        let small = of(0.02);
+        let mut validation = small.cross_validation();
+        assert!(validation.score(&[1]).squares > validation.score(&[]).squares);
+        assert_eq!(refuted(&small, &[0]), None);
+        assert_eq!(refuted(&of(0.0), &[0]), Some(0));
     }
 
     /// A column that acts by 2 in one piece of five and by so much in the others: a mean of both describes it, and predicts neither.

@@ -19,6 +19,7 @@ use crate::data::uniform_motion::is_uniform;
 use crate::design::assembly::{BlockKind, Design};
 use crate::design::unlisted::is_unlisted;
 use crate::linearization::recording::LinearizedRecording;
+use crate::trace::log;
 use effects::Detection;
 use std::collections::{BTreeSet, HashMap};
 
@@ -140,6 +141,11 @@ impl Weighing {
                 self.weighed[..=told].rotate_right(1);
                 return;
             };
+            let names: Vec<&String> = set.set().iter().map(|b| &self.names[*b]).collect();
+            log(&format!(
+                "held-out pieces refute {} in {names:?}",
+                self.names[effect]
+            ));
             self.weighed.remove(told);
             let times = refutations.entry(effect).or_default();
             *times += 1;

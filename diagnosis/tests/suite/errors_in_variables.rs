@@ -47,9 +47,11 @@ fn a_sine_of_the_own_phase_adds_what_its_slope_says() {
                 .map(|_| sign * amount_m / design.gram.scale[column]),
             ..fit.clone()
         };
-        let allowance = design
-            .errors_in_variables
-            .allowance(squares(design.errors_in_variables.products(), &fit));
+        let allowance = design.errors_in_variables.allowance(squares(
+            design.errors_in_variables.products(),
+            &fit.columns,
+            &fit.coefficient,
+        ));
         let expected = slope * slope / 8.0 * noisy;
         assert!(
             (allowance / expected - 1.0).abs() < 0.25,
