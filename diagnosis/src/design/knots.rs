@@ -51,9 +51,12 @@ pub fn lay(linearized: &mut LinearizedRecording) {
     linearized.inputs.field_by_segment = true;
     let single = linearized.inputs.forms.single_teeth.is_some();
     linearized.inputs.field_by_value = !single;
+    let mut passed = places(linearized);
     for pitches in KNOT_STEPS_PITCHES.into_iter().filter(|_| !single) {
         let step_m = pitches * linearized.observations.pitch_m;
-        let corners = rectangles(linearized, step_m);
+        let corners = passed
+            .each_ref()
+            .map(|places_m| rectangle(places_m, step_m));
         let count: usize = corners.iter().flatten().map(values).sum();
         if (1..=MOST_KNOT_VALUES).contains(&count) {
             linearized.inputs.knot_step_m = step_m;
@@ -67,10 +70,20 @@ pub fn lay(linearized: &mut LinearizedRecording) {
     } else {
         &MESHES
     };
+    // Beside a reference each segment has a row of its own, and a field of its own in either way.
+    let reference = linearized.inputs.reference;
+    let mut tried = Vec::new();
     for &(by_segment, pitches) in meshes {
-        linearized.inputs.field_by_segment = by_segment;
+        if reference && tried.contains(&pitches) {
+            continue;
+        }
+        tried.push(pitches);
+        if by_segment != linearized.inputs.field_by_segment {
+            linearized.inputs.field_by_segment = by_segment;
+            passed = places(linearized);
+        }
         let step_m = pitches * linearized.observations.pitch_m;
-        let list = at(linearized, step_m);
+        let list = at(linearized, &passed, step_m);
         let count: usize = list.iter().map(Vec::len).sum();
         crate::trace::log(&format!(
             "{count} knots, {pitches} pitches apart, of each segment {by_segment}"
@@ -86,20 +99,28 @@ pub fn lay(linearized: &mut LinearizedRecording) {
     (linearized.inputs.knot_step_m, linearized.inputs.knots) = Default::default();
 }
 
-/// Two opposite corners of the mesh about the places of each segment.
-fn rectangles(linearized: &LinearizedRecording, step_m: f64) -> [Option<[[i32; 2]; 2]>; 4] {
-    let mut out = [None; 4];
+/// Places of each field, m, at the samples in use.
+fn places(linearized: &LinearizedRecording) -> [Vec<[f64; 2]>; 4] {
+    let mut out: [Vec<[f64; 2]>; 4] = Default::default();
     for i in (0..linearized.len()).filter(|&i| linearized.mask[i]) {
         for (s, place_m) in places_m(linearized, i) {
-            let low = place_m.map(|p| (p / step_m).floor() as i32);
-            let [from, to] = out[s].get_or_insert([low; 2]);
-            for d in 0..2 {
-                from[d] = from[d].min(low[d]);
-                to[d] = to[d].max(low[d].saturating_add(1));
-            }
+            out[s].push(place_m);
         }
     }
     out
+}
+
+/// Two opposite corners of the mesh about some places; none without any.
+fn rectangle(places_m: &[[f64; 2]], step_m: f64) -> Option<[[i32; 2]; 2]> {
+    let low = |place_m: &[f64; 2]| place_m.map(|p| (p / step_m).floor() as i32);
+    let corners = places_m.iter().map(low).map(|low| [low, low]);
+    let [from, to] = corners.reduce(|[from, to], [low, _]| {
+        [
+            [0, 1].map(|d| from[d].min(low[d])),
+            [0, 1].map(|d| to[d].max(low[d])),
+        ]
+    })?;
+    Some([from, to.map(|t| t.saturating_add(1))])
 }
 
 /// Values on a rectangle.
@@ -109,26 +130,27 @@ fn values([from, to]: &[[i32; 2]; 2]) -> usize {
 }
 
 /// Knots of a mesh that each field's places are read by often enough.
-fn at(linearized: &LinearizedRecording, step_m: f64) -> [Vec<[i32; 2]>; 4] {
+fn at(
+    linearized: &LinearizedRecording,
+    places_m: &[Vec<[f64; 2]>; 4],
+    step_m: f64,
+) -> [Vec<[i32; 2]>; 4] {
     let pitch_m = linearized.observations.pitch_m;
     let step_pitches = step_m / pitch_m;
     let lattice = Lattice {
         kernel: linearized.inputs.forms.field_kernel(step_pitches),
         step_pitches: [step_pitches; 2],
     };
-    let mut places: [Vec<[f64; 2]>; 4] = Default::default();
-    for i in (0..linearized.len()).filter(|&i| linearized.mask[i]) {
-        for (s, place_m) in places_m(linearized, i) {
-            places[s].push(place_m.map(|p| p / pitch_m));
-        }
-    }
     let row = linearized.inputs.forms.single_teeth.is_some();
     let mut out: [Vec<[i32; 2]>; 4] = Default::default();
-    out.par_iter_mut().zip(places).for_each(|(knots, places)| {
-        let passed = lattice.passed(places).into_iter();
-        let often = passed.filter(|(knot, weight)| *weight > WEIGHT && !(row && knot[1] != 0));
-        *knots = often.map(|(knot, _)| knot).collect();
-    });
+    out.par_iter_mut()
+        .zip(places_m)
+        .for_each(|(knots, places_m)| {
+            let places = places_m.iter().map(|place_m| place_m.map(|p| p / pitch_m));
+            let passed = lattice.passed(places).into_iter();
+            let often = passed.filter(|(knot, weight)| *weight > WEIGHT && !(row && knot[1] != 0));
+            *knots = often.map(|(knot, _)| knot).collect();
+        });
     out
 }
 

@@ -2,7 +2,9 @@
 //! readings and rebuild noise where amounts nearly cancel; a piece that was not fitted shows that.
 
 use super::least_size::least_squares;
+use super::noise_scale::Left;
 use super::weighed::Weighed;
+use crate::figures::limits::VISIBLE_GAP_RATIO;
 use crate::inference::cross_validation::CrossValidation;
 
 /// Share of what a set should predict of pieces that it was not fitted to, below which it is refuted. By definition: it is then more wrong about them
@@ -20,7 +22,8 @@ const MOST_COLUMNS: usize = 400;
 /// A set is refuted if it is so both at the sizes that its effects have before the data and at those that were found. Teeth that are
 /// displaced by a thirtieth of the usual size, fitted as if that were theirs, rebuild so much noise that they predict nothing. At sizes that
 /// were found an effect must predict as much as is worth a name: what does not act is found so small that it does no harm, and predicts some
-/// squares by chance.
+/// squares by chance. A set that leaves a gap by itself is refuted by the first alone: it is not the true one, and its effects are as large as
+/// they must be to describe what is another's.
 ///
 /// Cost: a cross-validation for each effect and one of all, which are known where they were asked for before; the same again, and none
 /// known, for a set that the first would refute.
@@ -28,7 +31,10 @@ pub fn refuted(validation: &mut CrossValidation, set: &Weighed, noise: f64) -> O
     let stated = |validation: &mut CrossValidation, blocks: &[usize]| {
         validation.score(&in_the_columns(blocks)).squares
     };
-    refuted_at(validation, set, noise, 0.0, stated)?;
+    let effect = refuted_at(validation, set, noise, 0.0, stated)?;
+    if leaves_a_gap(&set.left) {
+        return Some(effect);
+    }
     let found = |validation: &mut CrossValidation, blocks: &[usize]| {
         let each = set.set().iter().zip(&set.fitted.log_variances);
         let asked = each.filter(|(b, _)| blocks.contains(b));
@@ -39,6 +45,11 @@ pub fn refuted(validation: &mut CrossValidation, set: &Weighed, noise: f64) -> O
     };
     let least = noise * least_squares(validation.rows());
     refuted_at(validation, set, noise, least, found)
+}
+
+/// True if a set leaves what would be a gap by itself, over the stated noise.
+fn leaves_a_gap(left: &Left) -> bool {
+    left.squares - left.allowance > VISIBLE_GAP_RATIO * VISIBLE_GAP_RATIO * left.degrees
 }
 
 /// The same by some held-out squares of blocks of the set, of which an effect must take off more than `least`.
@@ -131,23 +142,24 @@ mod tests {
     }
 
     /// Three hundred columns that each do a fiftieth of what is usual. At the usual size they rebuild more noise of a piece than they predict of it; at
-    /// the size that is found they predict it. As many that do nothing are vetoed at any size.
+    /// the size that is found they predict it. As many that do nothing are vetoed at any size, and so are those beside which a gap is left.
     #[test]
     fn what_is_small_predicts_at_its_own_size() {
         const COLUMNS: usize = 300;
-        let of = |amount: f64| {
+        let of = |amount: f64, noise: f64| {
             SyntheticProblem::new(&[("acts", &[1.0; COLUMNS])], &|rng| {
                 let columns: Vec<f64> = (0..COLUMNS).map(|_| normal(rng)).collect();
                 let sum: f64 = columns.iter().sum();
-                let target = amount * sum + normal(rng);
+                let target = amount * sum + noise * normal(rng);
                 [&[1.0][..], &columns, &[target]].concat()
             })
         };
-        let small = of(0.02);
+        let small = of(0.02, 1.0);
         let mut validation = small.cross_validation();
         assert!(validation.score(&[1]).squares > validation.score(&[]).squares);
         assert_eq!(refuted(&small, &[0]), None);
-        assert_eq!(refuted(&of(0.0), &[0]), Some(0));
+        assert_eq!(refuted(&of(0.0, 1.0), &[0]), Some(0));
+        assert_eq!(refuted(&of(0.02, 1.2), &[0]), Some(0));
     }
 
     /// A column that acts by 2 in one piece of five and by so much in the others: a mean of both describes it, and predicts neither.

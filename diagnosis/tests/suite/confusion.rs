@@ -454,14 +454,29 @@ fn bursts_leave_no_gap_that_follows_the_amplitude() {
     }
 }
 
-/// Rounding to the codes that are left looks like louder noise of that pair, and is none.
+/// Rounding to the codes that are left looks like louder noise of that pair, and is none. Nor is it what a field over the platen leaves, which
+/// describes a part of it on the second courier.
 #[test]
 fn codes_that_are_missing_are_no_louder_noise() {
-    let case = Case::draw(87, 6060, Conditions::Drawn);
+    for (number, seed) in [(87, 6060), (48, 6064)] {
+        let case = Case::draw(number, seed, Conditions::Drawn);
+        let acts: Vec<&str> = case.effects.iter().map(|e| e.name.as_str()).collect();
+        assert_eq!(acts, ["missing_codes"]);
+        let answer = diagnose(&case.recorded(0), "codes", &Options::default());
+        assert_eq!(answer.verdict, Verdict::Unknown);
+        let first = &answer.place[0].coordinate;
+        assert!(first.contains("missing codes"), "{first}");
+    }
+}
+
+/// Teeth that are displaced by a thirtieth of what is usual, over more of the platen than can be told tooth by tooth: fitted to a part of the
+/// recording as if they were of the usual size, they predict the rest worse than nothing does.
+#[test]
+fn a_small_field_over_many_teeth_is_named() {
+    let case = Case::draw(55, 6059, Conditions::Drawn);
     let acts: Vec<&str> = case.effects.iter().map(|e| e.name.as_str()).collect();
-    assert_eq!(acts, ["missing_codes"]);
-    let answer = diagnose(&case.recorded(0), "codes", &Options::default());
-    assert_eq!(answer.verdict, Verdict::Unknown);
-    let first = &answer.place[0].coordinate;
-    assert!(first.contains("missing codes"), "{first}");
+    assert_eq!(acts, ["tooth_variation"]);
+    let answer = diagnose(&case.recorded(0), "field", &Options::default());
+    let named: Vec<&str> = answer.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(named, acts, "{:?}", answer.place);
 }
