@@ -5,9 +5,7 @@
 
 use crate::design::column_values::{by_source, in_order_of_sources, places, product};
 use crate::design::gram::Columns;
-use crate::linearization::recording::{
-    LatentDisplacement, LinearizedRecording, ROWS, SOURCES, SampleRows, TARGET,
-};
+use crate::linearization::recording::{LinearizedRecording, ROWS, SOURCES, SampleRows, TARGET};
 use effects::over::Extent;
 use effects::sensor::Covariates;
 use normal_equations::by_source::SourceBuffer;
@@ -41,11 +39,10 @@ impl ErrorsInVariables {
             .collect();
         let step = (in_use.len() / PRODUCT_SAMPLES).max(1);
         let list: Vec<usize> = in_use.into_iter().step_by(step).collect();
-        let stepped = std::array::from_fn(|s| stepped(linearized, s));
         let in_order = in_order_of_sources(&columns.regressors);
         let parts: Vec<(Symmetric, usize)> = list
             .par_chunks(list.len().div_ceil(LANES).max(1))
-            .map(|samples| products_of(linearized, &stepped, columns, &in_order, scale, samples))
+            .map(|samples| products_of(linearized, columns, &in_order, scale, samples))
             .collect();
         let mut sum = Symmetric::zeros(width);
         let mut count = 0;
@@ -114,28 +111,8 @@ fn deflection_step(linearized: &LinearizedRecording) -> f64 {
     STEP_M / linearized.baseline.height_m
 }
 
-/// The linearized recording with one segment's raw readings a step further. Where the segment's place is that of its neighbours, the place
-/// stays.
-fn stepped<'a>(linearized: &LinearizedRecording<'a>, segment: usize) -> LinearizedRecording<'a> {
-    let mut displacement: LatentDisplacement = linearized.displacement.clone();
-    let off = &mut displacement.electronic_m[segment];
-    off.resize(linearized.len(), 0.0);
-    off.iter_mut().for_each(|off| *off += STEP_M);
-    let mut out = linearized.moved(linearized.baseline.clone(), displacement);
-    out.displacement.total_m[segment].resize(linearized.len(), 0.0);
-    for i in 0..out.calibrated_m[segment].len() {
-        out.displacement.total_m[segment][i] += if linearized.is_quiet(segment, i) {
-            linearized.calibrated_m[segment][i] - out.calibrated_m[segment][i]
-        } else {
-            STEP_M
-        };
-    }
-    out
-}
-
 fn products_of(
     linearized: &LinearizedRecording,
-    stepped: &[LinearizedRecording; 4],
     columns: &Columns,
     in_order: &[usize],
     scale: &[f64],
@@ -147,7 +124,7 @@ fn products_of(
     for chunk in samples.chunks(CHUNK_SAMPLES) {
         let rows: Vec<SampleRows> = chunk.iter().map(|i| linearized.rows(*i)).collect();
         count += rows.iter().map(|rows| rows.count).sum::<usize>();
-        let changes = Changes::new(linearized, stepped, chunk, &rows);
+        let changes = Changes::new(linearized, chunk, &rows);
         changes.add_products(columns, in_order, scale, &mut buffer, &mut sum);
     }
     (sum, count)
@@ -172,12 +149,7 @@ struct Changes {
 }
 
 impl Changes {
-    fn new(
-        linearized: &LinearizedRecording,
-        stepped: &[LinearizedRecording; 4],
-        samples: &[usize],
-        rows: &[SampleRows],
-    ) -> Self {
+    fn new(linearized: &LinearizedRecording, samples: &[usize], rows: &[SampleRows]) -> Self {
         let segments = (0..4).filter(|s| linearized.scope.segments[*s]);
         let axes = (0..2).filter(|_| linearized.scope.beacon);
         let readings: Vec<usize> = segments.chain(axes.map(|axis| 4 + axis)).collect();
@@ -185,7 +157,7 @@ impl Changes {
         let there = |reading: &usize| match reading.checked_sub(4) {
             None => samples
                 .iter()
-                .map(|i| stepped[*reading].covariates(*i))
+                .map(|i| linearized.covariates_at_step(*i, *reading, STEP_M))
                 .collect(),
             Some(axis) => here
                 .iter()

@@ -35,17 +35,20 @@ impl Group {
         asked: impl IntoIterator<Item = usize>,
         samples: impl IntoIterator<Item = usize>,
     ) -> Self {
-        let sample = |number| {
+        let asked_samples = samples.into_iter();
+        // One after the other in its place: a sample is some thousand bytes, and an iterator of those that have rows copies each twice.
+        let mut samples = Vec::with_capacity(asked_samples.size_hint().0);
+        for number in asked_samples {
             let rows = linearized.rows(number);
-            let covariates = || linearized.covariates(number);
-            (rows.count > 0).then(|| Sample {
-                number,
-                rows,
-                covariates: covariates(),
-            })
-        };
-        let samples: Vec<Sample> = samples.into_iter().filter_map(sample).collect();
-        let extent = Extent::of(samples.iter().map(|s| &s.covariates));
+            if rows.count > 0 {
+                samples.push(Sample {
+                    number,
+                    rows,
+                    covariates: linearized.covariates(number),
+                });
+            }
+        }
+        let extent = Extent::of(samples.iter().map(|s: &Sample| &s.covariates));
         let may = |c: &usize| regressors[*c].may_act(&extent);
         Self {
             acting: asked.into_iter().filter(may).collect(),

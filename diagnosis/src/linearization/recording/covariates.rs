@@ -5,6 +5,18 @@ use courier_signal::equations::{ANGLE_SIGN, lateral_arguments, places, theta};
 use effects::sensor::{Covariates, LATERAL_ORDERS, LoggedColumn, ORDERS};
 use std::f64::consts::TAU;
 
+/// What a step of one segment's raw reading changes.
+#[derive(Clone, Copy)]
+struct Step {
+    segment: usize,
+    /// Of the reading, m.
+    raw_m: f64,
+    /// Of the segment's place, m.
+    place_m: f64,
+    /// Calibration's gain there.
+    gain: f64,
+}
+
 impl LinearizedRecording<'_> {
     /// Angle of the courier from the segments, rad (the reference's, or zero, where it cannot be had).
     pub fn theta_rad(&self, i: usize) -> f64 {
@@ -73,12 +85,43 @@ impl LinearizedRecording<'_> {
 
     /// What the sensor knows at a sample.
     pub fn covariates(&self, i: usize) -> Covariates {
+        self.covariates_of(i, None)
+    }
+
+    /// The same if one segment's raw reading of this sample alone were a step further. Where the segment's place is that of its neighbours,
+    /// the place stays, and so does the angle as the neighbours tell it.
+    pub fn covariates_at_step(&self, i: usize, segment: usize, step_m: f64) -> Covariates {
+        let o = self.observations;
+        let off = finite(self.displacement.electronic_m[segment].get(i));
+        let clean_m = finite(o.position_m[segment].get(i)) + off + step_m;
+        let (error_m, slope) = self.baseline.error_m(segment, clean_m, o.pitch_m);
+        let place_m = if self.is_quiet(segment, i) {
+            0.0
+        } else {
+            let before_m = finite(self.calibrated_m[segment].get(i));
+            clean_m - off + error_m - before_m
+        };
+        let step = Step {
+            segment,
+            raw_m: step_m,
+            place_m,
+            gain: 1.0 + slope,
+        };
+        self.covariates_of(i, Some(step))
+    }
+
+    fn covariates_of(&self, i: usize, step: Option<Step>) -> Covariates {
         let o = self.observations;
         let f = TAU / o.pitch_m;
-        let theta = self.refined_theta_rad(i);
+        let of = |s: usize| step.filter(|step| step.segment == s);
+        let refined_m = |s: usize| {
+            let place_m = self.refined_m(s, i)?;
+            Some(place_m + of(s).map_or(0.0, |step| step.place_m))
+        };
+        let theta = self.theta_of(i, refined_m);
         let theta = if theta.is_finite() { theta } else { 0.0 };
-        let centre = self.centre_of(i, |s| self.refined_m(s, i));
-        let own_m: [f64; 4] = std::array::from_fn(|s| finite(self.refined_m(s, i).as_ref()));
+        let centre = self.centre_of(i, refined_m);
+        let own_m: [f64; 4] = std::array::from_fn(|s| finite(refined_m(s).as_ref()));
         let across_m = lateral_arguments(centre.map(|c| finite(Some(&c))), theta, o.lateral_m);
         let at = |list: &[Vec<f64>; 4]| std::array::from_fn(|s| finite(list[s].get(i)));
         let tan_psi = [0, 1].map(|axis: usize| finite(o.tan_psi[axis].get(i)));
@@ -89,10 +132,14 @@ impl LinearizedRecording<'_> {
             stretch: o.stretch[i],
             raw_phase: std::array::from_fn(|s| f * finite(o.position_m[s].get(i))),
             reference_phase: std::array::from_fn(|s| f * finite(Some(&o.reference_m(s, i)))),
-            calibration_gain: std::array::from_fn(|s| self.gain[s].get(i).copied().unwrap_or(1.0)),
+            calibration_gain: std::array::from_fn(|s| {
+                let gain = self.gain[s].get(i).copied().unwrap_or(1.0);
+                of(s).map_or(gain, |step| step.gain)
+            }),
             raw: of_segments::<{ ORDERS + 1 }>(|s| {
                 let off = finite(self.displacement.electronic_m[s].get(i));
-                f * (finite(o.position_m[s].get(i)) + off)
+                let step_m = of(s).map_or(0.0, |step| step.raw_m);
+                f * (finite(o.position_m[s].get(i)) + off + step_m)
             }),
             own: of_segments::<{ ORDERS + 1 }>(|s| f * own_m[s]),
             lateral: of_segments::<{ LATERAL_ORDERS + 1 }>(|s| f * across_m[s]),
