@@ -102,7 +102,8 @@ impl MeshKernel {
         }
     }
 
-    /// Of a sensor that reads one tooth, or one pole, at a time: what a node adds ends at the next, and between two it is their mean.
+    /// Of a sensor that reads one tooth, or one pole, at a time: what a node adds ends at the next, and between two it is their mean. Nodes are
+    /// no more than a pitch apart.
     #[must_use]
     pub fn of_one_tooth(step_pitches: f64) -> Self {
         Self {
@@ -237,11 +238,12 @@ mod tests {
         }
     }
 
-    /// What a tooth adds to readings of a bell of six pitches, by least squares, on a mesh of a pitch and a half: less is left than the twentieth
-    /// that forms of effects lack as a rule. Straight lines between its knots leave more than that.
+    /// What one tooth adds to the readings of a segment, whose weights are a bell six pitches wide, fitted by least squares on a coarse mesh. A
+    /// cubic B-spline leaves less than a twentieth of it, which is what the forms of effects lack as a rule; straight lines leave more.
     #[test]
     fn a_coarse_mesh_is_smooth() {
         use nalgebra::{DMatrix, DVector};
+        /// Pitches from knot to knot: the finest mesh that is coarser than the teeth, of those that the diagnosis lays.
         const STEP: f64 = 1.5;
         let bell = ApertureKernel {
             half_pitches: [3.0; 2],

@@ -18,31 +18,19 @@ const MOST_KNOT_VALUES: usize = 200;
 /// not known, nor how many an aperture holds, and a field bends where a tooth comes in or goes out: a mesh of half the width
 /// misses half as much of a bend between two values.
 const KNOT_STEPS_PITCHES: [f64; 3] = [0.25, 0.5, 1.0];
-/// Meshes of knots in the order in which they are tried: true where each segment has a field, false where each channel has one over the
-/// courier's centre, as if the courier did not turn; and the pitches from knot to knot. A prior: so much the logarithm of the evidence
-/// fell from one to the next on couriers with fields of five to seven teeth. 6059, 50: 20 from 1.5 to 2 pitches, 270 to channels at 1.5,
-/// 284 to 2, 1,240 to 3. 6063, 2: 81 from 1.5 to 2 pitches. 6059, 23: it rose by 4, fell by 53, rose by 15. Of a pitch each, channels are
-/// left out: they have four times the knots of a pitch and a half, and gained 6 there and lost 192.
-const MESHES: [(bool, f64); 8] = [
-    (true, 1.0),
-    (true, 1.5),
-    (true, 2.0),
-    (false, 1.5),
-    (false, 2.0),
-    (false, 3.0),
-    (false, 4.0),
-    (false, 6.0),
-];
-/// The same where single teeth are read, derived from a north and a south pole being half a pole pair each, with four knots for the wave
-/// of each. A coarser mesh than a pitch tells no tooth of a row.
-const SINGLE_TEETH_MESHES: [(bool, f64); 5] = [
-    (true, 0.125),
-    (false, 0.125),
-    (false, 0.25),
-    (false, 0.5),
-    (false, 1.0),
-];
-/// Fewest knots of all channels. A prior: a courier that went over fewer hardly moved.
+/// Pitches from knot to knot where each segment has a field of its own, in the order in which they are tried. A prior: the finest is a knot
+/// for each tooth, and the others were compared on two couriers with fields of five to seven teeth. From 1.5 to 2 pitches the logarithm of
+/// the evidence fell by 20 on one (courier 50 of seed 6059) and by 81 on the other (2 of 6063).
+const SEGMENT_MESHES_PITCHES: [f64; 3] = [1.0, 1.5, 2.0];
+/// The same where each channel has a field over the courier's centre, as if the courier did not turn: tried where no mesh of the segments has
+/// few enough knots. A prior, by the first of those couriers: the logarithm of the evidence fell by 270 from the segments' coarsest mesh to
+/// this finest one, by 284 to 2 pitches and by 1,240 to 3. A knot for each tooth has four times the knots of the finest one, and was less
+/// likely by 192.
+const CHANNEL_MESHES_PITCHES: [f64; 5] = [1.5, 2.0, 3.0, 4.0, 6.0];
+/// The same where one segment reads single teeth beside a reference, derived from a north and a south pole being half a pole pair each, with
+/// four knots for the wave of each. A coarser mesh than a pitch tells no tooth of a row.
+const SINGLE_TEETH_PITCHES: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
+/// Fewest knots of all fields. A prior: a courier that went over fewer hardly moved.
 const FEWEST_KNOTS: usize = 8;
 
 /// Sets the mesh and the knots: a rectangle of values for each segment where that is few enough; else the first mesh whose knots
@@ -65,19 +53,18 @@ pub fn lay(linearized: &mut LinearizedRecording) {
         }
     }
     linearized.inputs.field_by_value = false;
-    let meshes: &[(bool, f64)] = if single {
-        &SINGLE_TEETH_MESHES
+    let (of_segments, of_channels): (&[f64], &[f64]) = if single {
+        (&SINGLE_TEETH_PITCHES, &[])
     } else {
-        &MESHES
+        (&SEGMENT_MESHES_PITCHES, &CHANNEL_MESHES_PITCHES)
     };
-    // Beside a reference each segment has a row of its own, and a field of its own in either way.
+    // Beside a reference a channel is a segment: there what was tried of the segments is not tried again.
     let reference = linearized.inputs.reference;
-    let mut tried = Vec::new();
-    for &(by_segment, pitches) in meshes {
-        if reference && tried.contains(&pitches) {
-            continue;
-        }
-        tried.push(pitches);
+    let not_tried = |pitches: &&f64| !(reference && of_segments.contains(pitches));
+    let of_channels = of_channels.iter().filter(not_tried);
+    let of_segments = of_segments.iter().map(|pitches| (true, *pitches));
+    let meshes = of_segments.chain(of_channels.map(|pitches| (false, *pitches)));
+    for (by_segment, pitches) in meshes {
         if by_segment != linearized.inputs.field_by_segment {
             linearized.inputs.field_by_segment = by_segment;
             passed = places(linearized);
@@ -86,7 +73,7 @@ pub fn lay(linearized: &mut LinearizedRecording) {
         let list = at(linearized, &passed, step_m);
         let count: usize = list.iter().map(Vec::len).sum();
         crate::trace::log(&format!(
-            "{count} knots, {pitches} pitches apart, of each segment {by_segment}"
+            "{count} knots, {pitches} pitches apart, a field of each segment: {by_segment}"
         ));
         if count < FEWEST_KNOTS {
             break;

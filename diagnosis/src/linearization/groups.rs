@@ -36,7 +36,7 @@ impl Group {
         samples: impl IntoIterator<Item = usize>,
     ) -> Self {
         let asked_samples = samples.into_iter();
-        // One after the other in its place: a sample is some thousand bytes, and an iterator of those that have rows copies each twice.
+        // A loop, and no iterator: a sample has some thousand bytes, and `filter_map` copies each more than once on its way into the list.
         let mut samples = Vec::with_capacity(asked_samples.size_hint().0);
         for number in asked_samples {
             let rows = linearized.rows(number);

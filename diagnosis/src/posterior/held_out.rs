@@ -19,14 +19,18 @@ const MOST_COLUMNS: usize = 400;
 /// fitted to best, where they do so no worse than with it, or where the whole set predicts too little. `noise` is the variance at which the
 /// set was fitted.
 ///
-/// A set is refuted if it is so both at the sizes that its effects have before the data and at those that were found. Teeth that are
-/// displaced by a thirtieth of the usual size, fitted as if that were theirs, rebuild so much noise that they predict nothing. At sizes that
-/// were found an effect must predict as much as is worth a name: what does not act is found so small that it does no harm, and predicts some
-/// squares by chance. A set that leaves a gap by itself is refuted by the first alone: it is not the true one, and its effects are as large as
-/// they must be to describe what is another's.
+/// This is asked twice: with effects of the sizes that are usual before the data, and, where these refute the set, with effects of the sizes
+/// that were found. Only a set that both refute is refuted. Teeth that are displaced by a thirtieth of the usual size need the second
+/// question: fitted as if they were of the usual size, they rebuild so much noise that they predict nothing.
 ///
-/// Cost: a cross-validation for each effect and one of all, which are known where they were asked for before; the same again, and none
-/// known, for a set that the first would refute.
+/// With the sizes that were found an effect must predict as many squares as are worth a name. An effect that does not act is found so small
+/// that it does no harm, and predicts some squares by chance.
+///
+/// A set that leaves a gap by itself is asked the first question alone. It is not the true set, and its effects are found as large as they
+/// must be to describe what another cause does.
+///
+/// Cost: a cross-validation for each effect and one of all; known scores cost nothing. The second question costs the same again, and no score of
+/// it is kept.
 pub fn refuted(validation: &mut CrossValidation, set: &Weighed, noise: f64) -> Option<usize> {
     let stated = |validation: &mut CrossValidation, blocks: &[usize]| {
         validation.score(&in_the_columns(blocks)).squares

@@ -175,8 +175,9 @@ impl<'a> Look<'a> {
         self.weighing.found().iter().any(is_field)
     }
 
-    /// The place of what missing codes make, and its share, where that is most of the gap and no single effect leaves next to nothing over the stated
-    /// noise: rounding looks like louder noise, and an effect that explains all but noise explains none of that.
+    /// The place of what missing codes make, and its share, where that is most of the gap; none where a single effect explains the gap and leaves
+    /// next to nothing over the stated noise. Rounding to the codes that are left looks like louder noise: an effect beside which louder noise is
+    /// left does not explain the codes.
     pub(super) fn codes_explain_it<'s>(&self, seen: &'s Measured) -> Option<(&'s String, f64)> {
         seen.codes_explain_it().filter(|_| {
             !self.weighing.one_explains_all() || !seen.nothing_shows || self.is_louder()

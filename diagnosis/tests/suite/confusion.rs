@@ -454,8 +454,8 @@ fn bursts_leave_no_gap_that_follows_the_amplitude() {
     }
 }
 
-/// Rounding to the codes that are left looks like louder noise of that pair, and is none. Nor is it what a field over the platen leaves, which
-/// describes a part of it on the second courier.
+/// Rounding to the codes that are left looks like louder noise of that pair, and is none. On the second courier a field over the platen describes a
+/// part of it, and what that field leaves looks like louder noise.
 #[test]
 fn codes_that_are_missing_are_no_louder_noise() {
     for (number, seed) in [(87, 6060), (48, 6064)] {

@@ -113,10 +113,10 @@ impl LinearizedRecording<'_> {
     fn covariates_of(&self, i: usize, step: Option<Step>) -> Covariates {
         let o = self.observations;
         let f = TAU / o.pitch_m;
-        let of = |s: usize| step.filter(|step| step.segment == s);
+        let stepped = |s: usize| step.filter(|step| step.segment == s);
         let refined_m = |s: usize| {
             let place_m = self.refined_m(s, i)?;
-            Some(place_m + of(s).map_or(0.0, |step| step.place_m))
+            Some(place_m + stepped(s).map_or(0.0, |step| step.place_m))
         };
         let theta = self.theta_of(i, refined_m);
         let theta = if theta.is_finite() { theta } else { 0.0 };
@@ -134,11 +134,11 @@ impl LinearizedRecording<'_> {
             reference_phase: std::array::from_fn(|s| f * finite(Some(&o.reference_m(s, i)))),
             calibration_gain: std::array::from_fn(|s| {
                 let gain = self.gain[s].get(i).copied().unwrap_or(1.0);
-                of(s).map_or(gain, |step| step.gain)
+                stepped(s).map_or(gain, |step| step.gain)
             }),
             raw: of_segments::<{ ORDERS + 1 }>(|s| {
                 let off = finite(self.displacement.electronic_m[s].get(i));
-                let step_m = of(s).map_or(0.0, |step| step.raw_m);
+                let step_m = stepped(s).map_or(0.0, |step| step.raw_m);
                 f * (finite(o.position_m[s].get(i)) + off + step_m)
             }),
             own: of_segments::<{ ORDERS + 1 }>(|s| f * own_m[s]),
